@@ -1,0 +1,6 @@
+//! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
+
+pub mod fit;
+pub mod recording;
+pub mod report;
+pub mod rig;

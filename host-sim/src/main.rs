@@ -1,0 +1,3 @@
+//! The `pneuma` program.
+
+fn main() {}

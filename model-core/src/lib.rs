@@ -1,0 +1,2 @@
+//! The laws of a servo-pneumatic axis.
+#![no_std]
