@@ -1,0 +1,20 @@
+//! Physics that the paper's model leaves out, one file per effect.
+//!
+//! Each effect is a parameter group whose neutral value switches it off
+//! exactly, so that models are nested: a fair refit with and without it
+//! compares like with like, and an improved model goes onto the chip as
+//! parameters, not as code.
+
+mod chamber_leakage;
+mod friction_terms;
+mod slew_limit;
+mod spool_dynamics;
+mod tube_line;
+mod valve_delay;
+
+pub use chamber_leakage::ChamberLeakage;
+pub use friction_terms::FrictionTerms;
+pub use slew_limit::SlewLimit;
+pub use spool_dynamics::{SpoolDynamics, SpoolState, SpoolTransition};
+pub use tube_line::{TubeLine, TubeState};
+pub use valve_delay::{DELAY_CAPACITY, DelayLine, ValveDelay};

@@ -1,0 +1,42 @@
+//! `slew-limit`: the valve (or a positioner-driven stem) moves no faster than a
+//! rate, which may differ by direction.
+//!
+//! A spool's full stroke at 1.0-1.5 kV/s; a diaphragm actuator fills and
+//! empties through different orifices, hence different rates. Signature: lag
+//! that grows with the size of the command step. Confused with a first-order
+//! lag; steps of several sizes separate them.
+
+use crate::real::Real;
+
+/// Rates in units of the signal per second; 0 (neutral) means no limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlewLimit<R> {
+    /// Fastest rise.
+    pub rising_per_s: R,
+    /// Fastest fall, as a positive number.
+    pub falling_per_s: R,
+}
+
+impl<R: Real> SlewLimit<R> {
+    /// No limit.
+    pub const NEUTRAL: Self = Self {
+        rising_per_s: R::ZERO,
+        falling_per_s: R::ZERO,
+    };
+
+    /// The next position on the way from `position` to `target`.
+    #[inline]
+    pub fn step(&self, position: R, target: R, dt_s: R) -> R {
+        let wanted = target - position;
+        let limit = if wanted > R::ZERO {
+            self.rising_per_s
+        } else {
+            self.falling_per_s
+        };
+        if limit <= R::ZERO {
+            return target;
+        }
+        let most = limit * dt_s;
+        position + wanted.clamp(-most, most)
+    }
+}

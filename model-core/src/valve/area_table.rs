@@ -1,0 +1,183 @@
+//! Orifice area over the valve's opening: linear between points.
+
+use crate::real::Real;
+
+/// The most points a table holds. The MPYE's published table has 40.
+pub const TABLE_CAPACITY: usize = 48;
+
+/// Why a table cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableFault {
+    /// Fewer than two points, or more than [`TABLE_CAPACITY`].
+    Length(usize),
+    /// The two columns differ in length.
+    LengthsDiffer,
+    /// Openings must begin at nought and rise; this point does not.
+    OpeningNotRising(usize),
+    /// Areas must be finite, not negative and never fall; this point is not so.
+    AreaNotRising(usize),
+}
+
+/// Area over opening, with a stretch of the openings and a scale of the areas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaTable<R> {
+    openings_v: [R; TABLE_CAPACITY],
+    areas_m2: [R; TABLE_CAPACITY],
+    length: usize,
+    /// Factor on every opening of the table.
+    pub opening_stretch: R,
+    /// Factor on every area of the table.
+    pub area_scale: R,
+}
+
+impl<R: Real> AreaTable<R> {
+    /// A table from openings in V (rising from nought) and areas in m2 (rising
+    /// or level; the first is the leakage of the closed path).
+    pub fn new(openings_v: &[f64], areas_m2: &[f64]) -> Result<Self, TableFault> {
+        let length = openings_v.len();
+        if length != areas_m2.len() {
+            return Err(TableFault::LengthsDiffer);
+        }
+        if !(2..=TABLE_CAPACITY).contains(&length) {
+            return Err(TableFault::Length(length));
+        }
+        let mut table = Self {
+            length,
+            ..Self::closed()
+        };
+        let mut last_opening = -1.0;
+        let mut last_area = 0.0;
+        for (point, (&opening, &area)) in openings_v.iter().zip(areas_m2).enumerate() {
+            if !(opening.is_finite() && opening > last_opening) || (point == 0 && opening != 0.0) {
+                return Err(TableFault::OpeningNotRising(point));
+            }
+            if !(area.is_finite() && area >= last_area) {
+                return Err(TableFault::AreaNotRising(point));
+            }
+            (last_opening, last_area) = (opening, area);
+            table.openings_v[point] = R::from_f64(opening);
+            table.areas_m2[point] = R::from_f64(area);
+        }
+        Ok(table)
+    }
+
+    /// A path that is shut tight at every opening.
+    pub fn closed() -> Self {
+        let mut table = Self {
+            openings_v: [R::ZERO; TABLE_CAPACITY],
+            areas_m2: [R::ZERO; TABLE_CAPACITY],
+            length: 2,
+            opening_stretch: R::ONE,
+            area_scale: R::ONE,
+        };
+        table.openings_v[1] = R::ONE;
+        table
+    }
+
+    /// Area at an opening of nought or more; level beyond the last point.
+    #[inline]
+    pub fn area_m2(&self, opening_v: R) -> R {
+        let stretched = opening_v / self.opening_stretch;
+        let last = self.length - 1;
+        let area = if stretched <= R::ZERO {
+            self.areas_m2[0]
+        } else if stretched >= self.openings_v[last] {
+            self.areas_m2[last]
+        } else {
+            let above = self.first_above(&self.openings_v, stretched);
+            interpolate(&self.openings_v, &self.areas_m2, above, stretched)
+        };
+        area * self.area_scale
+    }
+
+    /// The opening whose area times `flow_per_m2` is `flow`, and whether there
+    /// is one; else the end of the table that comes nearest.
+    pub fn opening_v(&self, flow: R, flow_per_m2: R) -> (R, bool) {
+        let last = self.length - 1;
+        let full_v = self.openings_v[last] * self.opening_stretch;
+        if flow_per_m2 <= R::ZERO {
+            return (full_v, false);
+        }
+        let area = flow / flow_per_m2 / self.area_scale;
+        if area > self.areas_m2[last] {
+            return (full_v, false);
+        }
+        if area < self.areas_m2[0] {
+            return (R::ZERO, false);
+        }
+        let above = self.first_above(&self.areas_m2, area);
+        let opening = interpolate(&self.areas_m2, &self.openings_v, above, area);
+        (opening * self.opening_stretch, true)
+    }
+
+    /// Index of the first entry above `value`, or the last one; at least 1.
+    fn first_above(&self, column: &[R; TABLE_CAPACITY], value: R) -> usize {
+        let mut above = 1;
+        while above < self.length - 1 && column[above] <= value {
+            above += 1;
+        }
+        above
+    }
+}
+
+/// y at x, on the line through the points `above - 1` and `above`.
+fn interpolate<R: Real>(
+    xs: &[R; TABLE_CAPACITY],
+    ys: &[R; TABLE_CAPACITY],
+    above: usize,
+    x: R,
+) -> R {
+    let (x0, x1) = (xs[above - 1], xs[above]);
+    let (y0, y1) = (ys[above - 1], ys[above]);
+    if x1 > x0 {
+        y0 + (x - x0) * ((y1 - y0) / (x1 - x0))
+    } else {
+        y1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_points_are_met_and_the_ends_are_level() {
+        let mut table = AreaTable::<f64>::new(&[0.0, 0.3, 1.0], &[1e-7, 1e-7, 5e-6]).unwrap();
+        for (opening, area) in [
+            (0.0, 1e-7),
+            (0.3, 1e-7),
+            (1.0, 5e-6),
+            (9.0, 5e-6),
+            (-1.0, 1e-7),
+        ] {
+            assert!((table.area_m2(opening) - area).abs() < 1e-20);
+        }
+        table.opening_stretch = 2.0;
+        table.area_scale = 3.0;
+        assert!((table.area_m2(2.0) - 15e-6).abs() < 1e-18);
+        assert!((table.area_m2(1.3) - 3.0 * (1e-7 + 4.9e-6 * 0.5)).abs() < 1e-18);
+    }
+
+    #[test]
+    fn prop_impossible_tables_are_refused() {
+        let refuse = |openings: &[f64], areas: &[f64]| AreaTable::<f64>::new(openings, areas).err();
+        assert_eq!(refuse(&[0.0], &[0.0]), Some(TableFault::Length(1)));
+        assert_eq!(refuse(&[0.0, 1.0], &[0.0]), Some(TableFault::LengthsDiffer));
+        assert_eq!(
+            refuse(&[0.0, 0.0], &[0.0, 1.0]),
+            Some(TableFault::OpeningNotRising(1))
+        );
+        assert_eq!(
+            refuse(&[0.1, 1.0], &[0.0, 1.0]),
+            Some(TableFault::OpeningNotRising(0))
+        );
+        assert_eq!(
+            refuse(&[0.0, 1.0], &[1.0, 0.5]),
+            Some(TableFault::AreaNotRising(1))
+        );
+        assert_eq!(
+            refuse(&[0.0, 1.0], &[0.0, f64::NAN]),
+            Some(TableFault::AreaNotRising(1))
+        );
+    }
+}
