@@ -53,13 +53,13 @@ pub trait Real:
     fn abs(self) -> Self {
         if self < Self::ZERO { -self } else { self }
     }
-    /// The smaller of two; the other one if `self` is NaN.
+    /// The smaller of two; NaN stays NaN.
     fn min(self, other: Self) -> Self {
-        if self < other { self } else { other }
+        if self > other { other } else { self }
     }
-    /// The larger of two; the other one if `self` is NaN.
+    /// The larger of two; NaN stays NaN.
     fn max(self, other: Self) -> Self {
-        if self > other { self } else { other }
+        if self < other { other } else { self }
     }
     /// Limited to `lower..=upper`; NaN stays NaN.
     fn clamp(self, lower: Self, upper: Self) -> Self {
