@@ -4,3 +4,5 @@ pub mod fit;
 pub mod recording;
 pub mod report;
 pub mod rig;
+mod text;
+pub mod units;

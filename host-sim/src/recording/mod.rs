@@ -1,1 +1,91 @@
-//! To be filled.
+//! Recordings: text tables of numbers, one row per instant, to signals in SI.
+//!
+//! Responsibilities: take the files as loggers write them (comma, tab,
+//! semicolon or blanks; a header line, a commented header or none; comment
+//! lines; CRLF; byte order mark; quoted names), convert the columns that the
+//! rig names, and refuse with one line whatever is not understood.
+//!
+//! What is admitted: uneven sampling, gaps, a time that does not start at 0,
+//! columns that the rig does not name (listed in
+//! [`Recording::unused_columns`]), a last row without a line end.
+//!
+//! What is refused: time that does not strictly increase, empty cells, text,
+//! NaN and infinities, rows of another length, decimal commas, binary files,
+//! values that no rig can have (negative absolute pressure and the like).
+//!
+//! Limits: at most [`MAXIMUM_ROWS`] rows and lines of at most 1 MiB; the file
+//! is streamed, memory is 8 bytes per used cell plus 4 per row.
+
+mod error;
+mod layout;
+mod read;
+
+use std::collections::BTreeMap;
+
+pub use error::RecordingError;
+
+/// The largest number of rows that is read. At eight signals it is 1.4 GB.
+pub const MAXIMUM_ROWS: usize = 20_000_000;
+
+/// A recording in SI units, pressures absolute.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// The file, as the caller named it.
+    pub name: String,
+    /// Time of the rows, s, strictly increasing; not part of `signals`.
+    pub time_s: Vec<f64>,
+    /// The signals that the rig names, by name, one value per row.
+    pub signals: BTreeMap<String, Vec<f64>>,
+    /// Line in the file of each row, from 1.
+    pub line: Vec<u32>,
+    /// The columns of the file that the rig does not name.
+    pub unused_columns: Vec<String>,
+    /// The last row has all its fields but no line end: its last number may
+    /// have been cut.
+    pub last_row_unterminated: bool,
+}
+
+impl Recording {
+    /// A recording that does not come from a file (a simulation); rows are
+    /// numbered from line 1.
+    pub fn from_signals(
+        name: impl Into<String>,
+        time_s: Vec<f64>,
+        signals: BTreeMap<String, Vec<f64>>,
+    ) -> Self {
+        let line = (1..).take(time_s.len()).collect();
+        Self {
+            name: name.into(),
+            time_s,
+            signals,
+            line,
+            ..Self::default()
+        }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// True if there is no row; a file without rows is an error on reading.
+    pub fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// The values of a signal; `t` gives the time.
+    pub fn signal(&self, name: &str) -> Option<&[f64]> {
+        if name == "t" {
+            return Some(&self.time_s);
+        }
+        self.signals.get(name).map(Vec::as_slice)
+    }
+
+    /// Time between the first and the last row, s.
+    pub fn duration_s(&self) -> f64 {
+        match (self.time_s.first(), self.time_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+}

@@ -1,1 +1,328 @@
-//! To be filled.
+//! The rig file: what an engineer knows of a rig.
+//!
+//! Responsibilities: read `rig.toml` (format `rig/1`), refuse what is unknown
+//! or absurd with one line, offer the numbers as plain structs and as a flat
+//! list for fits, and write a rig back.
+//!
+//! * [`Rig::read`], [`Rig::parse`]: text to structs (`read.rs`).
+//! * [`Rig::value`], [`Rig::uncertainty_sd`], [`Rig::with_values`]: the flat
+//!   view, keyed by the TOML spelling `section.key` (`keys.rs`, the one home of
+//!   spellings and limits).
+//! * [`Rig::to_toml`]: structs to text (`write.rs`).
+//!
+//! All values are SI, pressures absolute. Every section is optional. The names
+//! of `[effects.NAME]` are not known here: give a check to [`Rig::parse_with`].
+//!
+//! Limits: comments and the layout of a rig file are not kept by
+//! [`Rig::to_toml`].
+
+mod error;
+mod keys;
+mod read;
+mod write;
+
+use std::collections::BTreeMap;
+
+pub use error::{RigError, UnknownKey};
+pub use keys::{ValveTable, numeric_keys};
+pub use read::EffectCheck;
+
+use crate::units::Unit;
+
+/// The only format there is.
+pub const FORMAT: &str = "rig/1";
+/// Ambient pressure assumed for gauge columns when `[environment]` is absent.
+pub const STANDARD_PRESSURE_PA: f64 = 101_325.0;
+/// Prediction window for fit figures when `[horizon]` is absent.
+pub const DEFAULT_HORIZON_S: f64 = 0.25;
+
+/// A rig as its file describes it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rig {
+    /// `[signals]`: which column is which signal.
+    pub signals: Signals,
+    /// `[gas]`.
+    pub gas: Option<Gas>,
+    /// `[environment]`.
+    pub environment: Option<Environment>,
+    /// `[supply]`.
+    pub supply: Option<Supply>,
+    /// `[valve]`.
+    pub valve: Option<Valve>,
+    /// `[cylinder]`.
+    pub cylinder: Option<Cylinder>,
+    /// `[vessel]`.
+    pub vessel: Option<Vessel>,
+    /// `[actuator]`.
+    pub actuator: Option<Actuator>,
+    /// `[chambers]`.
+    pub chambers: Option<Chambers>,
+    /// `[carriage]`.
+    pub carriage: Option<Carriage>,
+    /// `[friction]`.
+    pub friction: Option<Friction>,
+    /// `[horizon]`.
+    pub horizon: Option<Horizon>,
+    /// `[uncertainty]` as typed: relative, absolute for keys ending in `_V`
+    /// that are no tables. [`Rig::uncertainty_sd`] gives absolute values.
+    pub uncertainty: BTreeMap<String, f64>,
+    /// `[effects.NAME]`: left-out physics already modelled, with parameters.
+    pub effects: BTreeMap<String, BTreeMap<String, f64>>,
+}
+
+/// `[signals]`, and the pressure that gauge columns count from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signals {
+    /// The signals by name (`t`, `u`, `p_a`, ...).
+    pub by_name: BTreeMap<String, Signal>,
+    /// Ambient pressure added to gauge columns: `[environment] pressure_Pa`.
+    pub gauge_zero_pa: f64,
+}
+
+impl Default for Signals {
+    fn default() -> Self {
+        Self {
+            by_name: BTreeMap::new(),
+            gauge_zero_pa: STANDARD_PRESSURE_PA,
+        }
+    }
+}
+
+impl Signals {
+    /// The signal of that name, if the rig records it.
+    pub fn get(&self, name: &str) -> Option<&Signal> {
+        self.by_name.get(name)
+    }
+
+    /// True if the rig records a signal of that name.
+    pub fn contains(&self, name: &str) -> bool {
+        self.by_name.contains_key(name)
+    }
+
+    /// All signals with their names, in alphabetical order.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Signal)> {
+        self.by_name
+            .iter()
+            .map(|(name, signal)| (name.as_str(), signal))
+    }
+}
+
+/// One signal: its column and its way to SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    /// Where the signal stands in the file.
+    pub column: Column,
+    /// The unit of the column.
+    pub unit: Unit,
+    /// Declared standard deviation of the noise, SI (after scaling).
+    pub noise: Option<f64>,
+    /// Declared quantum, SI (after scaling).
+    pub resolution: Option<f64>,
+    /// Gain applied after the conversion to SI.
+    pub scale: Option<f64>,
+    /// Offset added after the gain, SI.
+    pub offset: Option<f64>,
+}
+
+impl Signal {
+    /// Converts a recorded number to SI: unit, then scale and offset, then the
+    /// ambient pressure for a gauge column (a gain of a gauge sensor must not
+    /// scale the atmosphere).
+    pub fn to_si(&self, recorded: f64, gauge_zero_pa: f64) -> f64 {
+        let scaled =
+            self.unit.to_si(recorded) * self.scale.unwrap_or(1.0) + self.offset.unwrap_or(0.0);
+        if self.unit.is_gauge() {
+            scaled + gauge_zero_pa
+        } else {
+            scaled
+        }
+    }
+}
+
+/// A column of a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// By its name in the header line.
+    Name(String),
+    /// By its number, from 0.
+    Number(usize),
+}
+
+/// `[gas]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gas {
+    /// Ratio of the specific heats.
+    pub gamma: f64,
+    /// Specific gas constant, J/(kg K).
+    pub gas_constant_j_kgk: f64,
+}
+
+/// `[environment]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Environment {
+    /// Ambient pressure, Pa absolute.
+    pub pressure_pa: f64,
+    /// Ambient temperature, K.
+    pub temperature_k: f64,
+}
+
+/// `[supply]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Supply {
+    /// Supply pressure, Pa absolute.
+    pub pressure_pa: f64,
+}
+
+/// Which side of the null position feeds chamber A.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FeedsAWhen {
+    /// A command above the null feeds A.
+    #[default]
+    AboveNull,
+    /// A command below the null feeds A.
+    BelowNull,
+}
+
+/// `[valve]`: a proportional directional valve with mirrored ports.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Valve {
+    /// Which side of the null feeds chamber A.
+    pub feeds_a_when: FeedsAWhen,
+    /// Command at which both ports are shut, V.
+    pub null_v: f64,
+    /// Pressure ratio below which the flow is choked.
+    pub critical_pressure_ratio: f64,
+    /// Pressure ratio above which the flow is laminar.
+    pub laminar_pressure_ratio: f64,
+    /// Opening `abs(u - null)` of the points of both tables, V, increasing.
+    pub opening_v: Vec<f64>,
+    /// Orifice area from the supply at those openings, m2.
+    pub supply_area_m2: Vec<f64>,
+    /// Orifice area to the exhaust at those openings, m2.
+    pub exhaust_area_m2: Vec<f64>,
+}
+
+/// Where `x` is zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PositionZero {
+    /// In the middle of the stroke.
+    MidStroke,
+    /// Where chamber A is smallest.
+    EndA,
+}
+
+/// `[cylinder]`: `+x` enlarges chamber A. A bench may know a part of it only.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cylinder {
+    /// Stroke, m.
+    pub stroke_m: Option<f64>,
+    /// Bore, m: end faces and `pi * bore` give the heat-exchange surface.
+    pub bore_m: Option<f64>,
+    /// Piston area on the side of A, m2.
+    pub area_a_m2: Option<f64>,
+    /// Piston area on the side of B, m2.
+    pub area_b_m2: Option<f64>,
+    /// Volume of A at its end stop, with tubes, m3.
+    pub dead_volume_a_m3: Option<f64>,
+    /// Volume of B at its end stop, with tubes, m3.
+    pub dead_volume_b_m3: Option<f64>,
+    /// Where `x` is zero; present whenever the stroke is.
+    pub position_zero: Option<PositionZero>,
+}
+
+/// `[vessel]`: a chamber without a piston; its pressure is the signal `p_a`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vessel {
+    /// Volume, m3.
+    pub volume_m3: f64,
+}
+
+/// `[actuator]`: a stem driven by a positioner; signals `u` (command) and `x`
+/// (stem), both fractions 0 to 1.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Actuator {
+    /// Stem at rest for the command 0.
+    pub stem_at_zero_command: f64,
+    /// Stem at rest for the command 1.
+    pub stem_at_full_command: f64,
+    /// Lag of the stem behind the command, s.
+    pub time_constant_s: f64,
+}
+
+/// The law of the gas in the chambers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ChamberModel {
+    /// Mass and energy balance with heat exchange at the wall.
+    #[default]
+    EnergyBalance,
+    /// Polytropic with separate indices, the paper's simplified law.
+    Polytropic,
+    /// A closed chamber: `p V^n` stays constant.
+    PolytropicProcess,
+}
+
+/// `[chambers]`: each model needs its own keys and admits the others.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Chambers {
+    /// The law.
+    pub model: ChamberModel,
+    /// Heat transfer while the net flow into the chamber is >= 0, W/(m2 K).
+    pub heat_transfer_charging_w_m2k: Option<f64>,
+    /// Heat transfer otherwise, W/(m2 K).
+    pub heat_transfer_discharging_w_m2k: Option<f64>,
+    /// Polytropic index of expansion.
+    pub expansion_index: Option<f64>,
+    /// Polytropic index of compression.
+    pub compression_index: Option<f64>,
+    /// Index of the closed chamber's process.
+    pub polytropic_index: Option<f64>,
+}
+
+/// `[carriage]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Carriage {
+    /// Moved mass, kg.
+    pub mass_kg: f64,
+    /// Constant force against `+x`, N; 0 when the file does not say.
+    pub external_force_n: f64,
+}
+
+/// `[friction]`: LuGre; what a rig does not give is absent from its model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Friction {
+    /// Stiffness of the bristles, N/m.
+    pub bristle_stiffness_n_m: Option<f64>,
+    /// Damping of the bristles, N s/m.
+    pub bristle_damping_ns_m: Option<f64>,
+    /// Viscous friction, N s/m.
+    pub viscous_ns_m: Option<f64>,
+    /// Coulomb friction, N.
+    pub coulomb_n: Option<f64>,
+    /// Static friction, N.
+    pub static_n: Option<f64>,
+    /// Stribeck velocity, m/s.
+    pub stribeck_velocity_m_s: Option<f64>,
+}
+
+/// `[horizon]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Horizon {
+    /// Prediction window for fit figures, s.
+    pub seconds: f64,
+}
+
+impl Rig {
+    /// Ambient pressure, Pa absolute: of the file, or the standard one.
+    pub fn ambient_pressure_pa(&self) -> f64 {
+        self.environment
+            .as_ref()
+            .map_or(STANDARD_PRESSURE_PA, |environment| environment.pressure_pa)
+    }
+
+    /// Prediction window for fit figures, s.
+    pub fn horizon_s(&self) -> f64 {
+        self.horizon
+            .as_ref()
+            .map_or(DEFAULT_HORIZON_S, |horizon| horizon.seconds)
+    }
+}

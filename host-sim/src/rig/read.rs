@@ -1,0 +1,794 @@
+//! A rig file to structs: every key known, every value sane, every complaint
+//! with its line.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::keys::{
+    CHOICES, ChoiceKey, Limits, NUMBERS, NumberKey, OPEN_SECTIONS, SECTIONS, ValveTable,
+    uncertainty_is_absolute,
+};
+use super::{
+    Actuator, Carriage, ChamberModel, Chambers, Column, Cylinder, Environment, FORMAT, Friction,
+    Gas, Horizon, Rig, RigError, Signal, Supply, Valve, Vessel,
+};
+use crate::text::{closest, expected_one_of, one_line};
+use crate::units::{Dimension, Unit};
+
+/// A rig file is typed by a person; anything larger is some other file.
+const LARGEST_FILE_BYTES: u64 = 1 << 20;
+/// Areas come with tolerance and seals: above this share of the bore's
+/// circle an area is a slip.
+const AREA_OVER_BORE: f64 = 1.1;
+/// Static friction below this share of the Coulomb friction is a slip.
+const STATIC_OVER_COULOMB: f64 = 0.5;
+
+/// Judges one `[effects.NAME]`: its name and parameters, or what is wrong.
+pub type EffectCheck<'a> = &'a dyn Fn(&str, &BTreeMap<String, f64>) -> Result<(), String>;
+
+/// The signals there are, and what each may measure.
+pub(super) const SIGNALS: &[(&str, &[Dimension])] = &[
+    ("t", &[Dimension::Time]),
+    ("u", &[Dimension::Voltage, Dimension::Fraction]),
+    ("p_a", &[Dimension::Pressure]),
+    ("p_b", &[Dimension::Pressure]),
+    ("p_s", &[Dimension::Pressure]),
+    ("p_e", &[Dimension::Pressure]),
+    ("x", &[Dimension::Length, Dimension::Fraction]),
+    ("x_ref", &[Dimension::Length, Dimension::Fraction]),
+    ("v", &[Dimension::Speed]),
+    ("a", &[Dimension::Acceleration]),
+    ("force", &[Dimension::Force]),
+    ("flow_a", &[Dimension::MassFlow]),
+    ("flow_b", &[Dimension::MassFlow]),
+    ("flow_s", &[Dimension::MassFlow]),
+    ("temperature_a", &[Dimension::Temperature]),
+    ("temperature_b", &[Dimension::Temperature]),
+    ("temperature_s", &[Dimension::Temperature]),
+];
+
+const SIGNAL_KEYS: &[&str] = &["column", "unit", "noise", "resolution", "scale", "offset"];
+
+type Entry<'t> = Spanned<DeValue<'t>>;
+
+impl Rig {
+    /// Reads a rig file.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, RigError> {
+        Self::read_with(path, &|_, _| Ok(()))
+    }
+
+    /// Reads a rig file and judges its effects.
+    pub fn read_with(path: impl AsRef<Path>, effects: EffectCheck) -> Result<Self, RigError> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let text = read_text(path, &name)?;
+        Self::parse_with(&text, &name, effects)
+    }
+
+    /// Reads the text of a rig file; `name` is what error lines call it.
+    pub fn parse(text: &str, name: &str) -> Result<Self, RigError> {
+        Self::parse_with(text, name, &|_, _| Ok(()))
+    }
+
+    /// As [`Rig::parse`], with a judge of the effects' names and parameters.
+    pub fn parse_with(text: &str, name: &str, effects: EffectCheck) -> Result<Self, RigError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut reader = Reader {
+            file: name,
+            text,
+            rig: Self::default(),
+            places: BTreeMap::new(),
+        };
+        reader.read(effects)?;
+        Ok(reader.rig)
+    }
+}
+
+fn read_text(path: &Path, name: &str) -> Result<String, RigError> {
+    let error = |problem: String, expected: &str| RigError {
+        file: name.into(),
+        line: None,
+        key: None,
+        problem,
+        expected: expected.into(),
+    };
+    let cannot = |cause: std::io::Error| error(format!("cannot be read: {cause}"), "a rig file");
+    let metadata = fs::metadata(path).map_err(cannot)?;
+    if metadata.is_dir() {
+        return Err(error("is a directory".into(), "a rig file"));
+    }
+    if metadata.len() > LARGEST_FILE_BYTES {
+        return Err(error("is larger than 1 MiB".into(), "a rig file"));
+    }
+    let bytes = fs::read(path).map_err(cannot)?;
+    String::from_utf8(bytes).map_err(|_| error("is not UTF-8 text".into(), "a TOML rig file"))
+}
+
+struct Reader<'t> {
+    file: &'t str,
+    text: &'t str,
+    rig: Rig,
+    /// Where each `section.key`, and each section, stands.
+    places: BTreeMap<String, Range<usize>>,
+}
+
+impl<'t> Reader<'t> {
+    fn read(&mut self, effects: EffectCheck) -> Result<(), RigError> {
+        let document = DeTable::parse(self.text).map_err(|error| {
+            let problem = format!("not valid TOML: {}", error.message());
+            self.error(error.span(), None, problem, "")
+        })?;
+        let root = document.get_ref();
+        self.note_places(root);
+        self.check_format(root)?;
+        for (name, entry) in root {
+            self.read_top(name, entry)?;
+        }
+        self.check_whole()?;
+        if let Some(entry) = root.get("uncertainty") {
+            self.read_uncertainty(entry)?;
+        }
+        self.check_effects(effects)
+    }
+
+    fn note_places(&mut self, root: &DeTable<'t>) {
+        for (name, entry) in root {
+            self.places.insert(name.get_ref().to_string(), name.span());
+            for (key, _) in entry.get_ref().as_table().into_iter().flatten() {
+                let full = format!("{}.{}", name.get_ref(), key.get_ref());
+                self.places.insert(full, key.span());
+            }
+        }
+    }
+
+    fn check_format(&self, root: &DeTable<'t>) -> Result<(), RigError> {
+        let expected = format!("format = \"{FORMAT}\"");
+        let Some(entry) = root.get("format") else {
+            return Err(self.error(None, Some("format"), "missing", &expected));
+        };
+        if entry.get_ref().as_str() == Some(FORMAT) {
+            return Ok(());
+        }
+        let problem = format!("{} is unknown", shown(entry));
+        Err(self.error(Some(entry.span()), Some("format"), problem, &expected))
+    }
+
+    fn read_top(
+        &mut self,
+        name: &Spanned<std::borrow::Cow<'t, str>>,
+        entry: &Entry<'t>,
+    ) -> Result<(), RigError> {
+        let section = name.get_ref().as_ref();
+        match section {
+            "format" | "uncertainty" => Ok(()),
+            "signals" => self.read_signals(entry),
+            "effects" => self.read_effects(entry),
+            known if SECTIONS.contains(&known) => self.read_section(known, entry),
+            _ => {
+                let known = [OPEN_SECTIONS, SECTIONS, &["format"]].concat();
+                let expected = expected_one_of(section, &known);
+                let key = one_line(section);
+                Err(self.error(Some(name.span()), Some(&key), "unknown section", &expected))
+            }
+        }
+    }
+
+    fn table<'e>(&self, name: &str, entry: &'e Entry<'t>) -> Result<&'e DeTable<'t>, RigError> {
+        entry.get_ref().as_table().ok_or_else(|| {
+            let problem = format!("is {}", shown(entry));
+            self.error(Some(entry.span()), Some(name), problem, "a table")
+        })
+    }
+
+    // [signals]
+
+    fn read_signals(&mut self, entry: &Entry<'t>) -> Result<(), RigError> {
+        let table = self.table("signals", entry)?;
+        for (name, entry) in table {
+            let key = format!("signals.{}", one_line(name.get_ref()));
+            let Some((known, dimensions)) = SIGNALS.iter().find(|row| row.0 == name.get_ref())
+            else {
+                let known: Vec<&str> = SIGNALS.iter().map(|row| row.0).collect();
+                let expected = expected_one_of(name.get_ref(), &known);
+                return Err(self.error(Some(name.span()), Some(&key), "unknown signal", &expected));
+            };
+            let signal = self.read_signal(&key, entry, dimensions)?;
+            self.check_column_is_free(name.span(), &key, &signal)?;
+            self.rig.signals.by_name.insert((*known).into(), signal);
+        }
+        Ok(())
+    }
+
+    fn read_signal(
+        &self,
+        key: &str,
+        entry: &Entry<'t>,
+        dimensions: &[Dimension],
+    ) -> Result<Signal, RigError> {
+        let table = self.table(key, entry)?;
+        for (name, _) in table {
+            if !SIGNAL_KEYS.contains(&name.get_ref().as_ref()) {
+                let key = format!("{key}.{}", one_line(name.get_ref()));
+                let expected = expected_one_of(name.get_ref(), SIGNAL_KEYS);
+                return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
+            }
+        }
+        let number = |name: &str, limits: &Limits| {
+            let key = format!("{key}.{name}");
+            let entry = table.get(name);
+            entry
+                .map(|entry| self.number(&key, entry, limits))
+                .transpose()
+        };
+        let scale = number("scale", &SCALE)?;
+        if scale == Some(0.0) {
+            let key = format!("{key}.scale");
+            return Err(self.error(
+                Some(entry.span()),
+                Some(&key),
+                "is 0",
+                "a gain that is not 0",
+            ));
+        }
+        Ok(Signal {
+            column: self.column(key, entry, table)?,
+            unit: self.unit(key, entry, table, dimensions, scale.is_some())?,
+            noise: number("noise", &POSITIVE)?,
+            resolution: number("resolution", &POSITIVE)?,
+            scale,
+            offset: number("offset", &ANY)?,
+        })
+    }
+
+    fn column(
+        &self,
+        key: &str,
+        whole: &Entry<'t>,
+        table: &DeTable<'t>,
+    ) -> Result<Column, RigError> {
+        let key = format!("{key}.column");
+        let expected = "a header name or a column number counted from 0";
+        let Some(entry) = table.get("column") else {
+            return Err(self.error(Some(whole.span()), Some(&key), "missing", expected));
+        };
+        let column = match entry.get_ref() {
+            DeValue::String(name) if !name.trim().is_empty() => {
+                Some(Column::Name(name.trim().into()))
+            }
+            DeValue::Integer(number) => usize::from_str_radix(number.as_str(), number.radix())
+                .ok()
+                .map(Column::Number),
+            _ => None,
+        };
+        column.ok_or_else(|| {
+            let problem = format!("is {}", shown(entry));
+            self.error(Some(entry.span()), Some(&key), problem, expected)
+        })
+    }
+
+    fn unit(
+        &self,
+        key: &str,
+        whole: &Entry<'t>,
+        table: &DeTable<'t>,
+        dimensions: &[Dimension],
+        scaled: bool,
+    ) -> Result<Unit, RigError> {
+        let key = format!("{key}.unit");
+        let wanted: Vec<&str> = dimensions.iter().map(|one| one.expectation()).collect();
+        let wanted = wanted.join(" or ");
+        let Some(entry) = table.get("unit") else {
+            return Err(self.error(Some(whole.span()), Some(&key), "missing", &wanted));
+        };
+        let Some(text) = entry.get_ref().as_str() else {
+            let problem = format!("is {}", shown(entry));
+            return Err(self.error(Some(entry.span()), Some(&key), problem, &wanted));
+        };
+        let unit = Unit::parse(text).map_err(|error| {
+            self.error(
+                Some(entry.span()),
+                Some(&key),
+                error.problem,
+                &error.expected,
+            )
+        })?;
+        let raw = matches!(unit.dimension(), Dimension::Voltage | Dimension::Fraction);
+        if dimensions.contains(&unit.dimension()) || (scaled && raw) {
+            return Ok(unit);
+        }
+        let problem = format!(
+            "\"{unit}\" does not fit, it is {}",
+            unit.dimension().expectation()
+        );
+        Err(self.error(Some(entry.span()), Some(&key), problem, &wanted))
+    }
+
+    fn check_column_is_free(
+        &self,
+        span: Range<usize>,
+        key: &str,
+        signal: &Signal,
+    ) -> Result<(), RigError> {
+        let taken = self
+            .rig
+            .signals
+            .iter()
+            .find(|(_, other)| other.column == signal.column);
+        let Some((other, _)) = taken else {
+            return Ok(());
+        };
+        let problem = format!("reads the same column as signals.{other}");
+        Err(self.error(Some(span), Some(key), problem, "a column of its own"))
+    }
+
+    // the sections of numbers, choices and tables
+
+    fn read_section(&mut self, section: &str, entry: &Entry<'t>) -> Result<(), RigError> {
+        let table = self.table(section, entry)?;
+        self.open_section(section);
+        for (name, entry) in table {
+            let key = format!("{section}.{}", name.get_ref());
+            if let Some(number) = NUMBERS.iter().find(|number| number.name == key) {
+                let value = self.number(&key, entry, &number.limits)?;
+                (number.set)(&mut self.rig, value);
+            } else if let Some(choice) = CHOICES.iter().find(|choice| choice.name == key) {
+                let word = self.choice(choice, entry)?;
+                (choice.set)(&mut self.rig, word);
+            } else if let Some(table) = ValveTable::from_key(&key) {
+                let points = self.points(table, entry)?;
+                if let Some(valve) = &mut self.rig.valve {
+                    *table.points_mut(valve) = points;
+                }
+            } else {
+                let known = section_keys(section);
+                let expected = expected_one_of(name.get_ref(), &known);
+                let key = one_line(&key);
+                return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
+            }
+        }
+        self.check_complete(section)
+    }
+
+    fn open_section(&mut self, section: &str) {
+        let rig = &mut self.rig;
+        match section {
+            "gas" => rig.gas = Some(Gas::default()),
+            "environment" => rig.environment = Some(Environment::default()),
+            "supply" => rig.supply = Some(Supply::default()),
+            "valve" => rig.valve = Some(Valve::default()),
+            "cylinder" => rig.cylinder = Some(Cylinder::default()),
+            "vessel" => rig.vessel = Some(Vessel::default()),
+            "actuator" => rig.actuator = Some(Actuator::default()),
+            "chambers" => rig.chambers = Some(Chambers::default()),
+            "carriage" => rig.carriage = Some(Carriage::default()),
+            "friction" => rig.friction = Some(Friction::default()),
+            _ => rig.horizon = Some(Horizon::default()),
+        }
+    }
+
+    fn check_complete(&self, section: &str) -> Result<(), RigError> {
+        let numbers = NUMBERS
+            .iter()
+            .filter(|number| number.required)
+            .map(|number| (number.name, number.limits.expected.to_owned()));
+        let choices = CHOICES
+            .iter()
+            .filter(|choice| choice.required)
+            .map(|choice| (choice.name, words(choice)));
+        let tables = ValveTable::ALL.map(|table| {
+            (
+                table.key(),
+                format!("a list of {}", table.limits().expected),
+            )
+        });
+        let mut required = numbers.chain(choices).chain(tables);
+        let missing = required.find(|(name, _)| {
+            in_section(name, section).is_some() && !self.places.contains_key(*name)
+        });
+        match missing {
+            None => Ok(()),
+            Some((name, expected)) => {
+                let span = self.places.get(section).cloned();
+                Err(self.error(span, Some(name), "missing", &expected))
+            }
+        }
+    }
+
+    fn number(&self, key: &str, entry: &Entry<'t>, limits: &Limits) -> Result<f64, RigError> {
+        let value = numeric(entry).filter(|value| value.is_finite());
+        let Some(value) = value else {
+            let problem = format!("is {}", shown(entry));
+            return Err(self.error(Some(entry.span()), Some(key), problem, limits.expected));
+        };
+        if limits.admit(value) {
+            return Ok(value);
+        }
+        let problem = format!("{value} is out of range");
+        Err(self.error(Some(entry.span()), Some(key), problem, limits.expected))
+    }
+
+    fn choice(&self, choice: &ChoiceKey, entry: &Entry<'t>) -> Result<usize, RigError> {
+        let text = entry.get_ref().as_str();
+        let place = text.and_then(|text| choice.words.iter().position(|word| *word == text));
+        place.ok_or_else(|| {
+            let problem = format!("is {}", shown(entry));
+            let span = Some(entry.span());
+            self.error(span, Some(choice.name), problem, &words(choice))
+        })
+    }
+
+    fn points(&self, table: ValveTable, entry: &Entry<'t>) -> Result<Vec<f64>, RigError> {
+        let limits = table.limits();
+        let Some(array) = entry.get_ref().as_array() else {
+            let problem = format!("is {}", shown(entry));
+            let expected = format!("a list of {}", limits.expected);
+            return Err(self.error(Some(entry.span()), Some(table.key()), problem, &expected));
+        };
+        let points: Vec<f64> = array
+            .iter()
+            .enumerate()
+            .map(|(place, point)| {
+                let key = format!("{}[{place}]", table.key());
+                self.number(&key, point, &limits)
+            })
+            .collect::<Result<_, _>>()?;
+        if points.len() < 2 {
+            let problem = format!("has {} points", points.len());
+            let span = Some(entry.span());
+            return Err(self.error(span, Some(table.key()), problem, "at least 2"));
+        }
+        Ok(points)
+    }
+
+    // [effects.NAME] and [uncertainty]
+
+    fn read_effects(&mut self, entry: &Entry<'t>) -> Result<(), RigError> {
+        for (name, entry) in self.table("effects", entry)? {
+            let key = format!("effects.{}", name.get_ref());
+            self.places.insert(key.clone(), name.span());
+            self.check_name(&key, name)?;
+            let mut parameters = BTreeMap::new();
+            for (parameter, entry) in self.table(&key, entry)? {
+                let key = format!("{key}.{}", parameter.get_ref());
+                self.check_name(&key, parameter)?;
+                let value = self.number(&key, entry, &ANY)?;
+                parameters.insert(parameter.get_ref().to_string(), value);
+            }
+            let name = name.get_ref().to_string();
+            self.rig.effects.insert(name, parameters);
+        }
+        Ok(())
+    }
+
+    /// A dot or a blank inside a name would make `effects.NAME.key` ambiguous.
+    fn check_name(
+        &self,
+        key: &str,
+        name: &Spanned<std::borrow::Cow<'t, str>>,
+    ) -> Result<(), RigError> {
+        let plain = |one: char| one.is_alphanumeric() || one == '_' || one == '-';
+        if !name.get_ref().is_empty() && name.get_ref().chars().all(plain) {
+            return Ok(());
+        }
+        let expected = "letters, digits, - and _";
+        let key = one_line(key);
+        Err(self.error(Some(name.span()), Some(&key), "is no name", expected))
+    }
+
+    fn check_effects(&self, check: EffectCheck) -> Result<(), RigError> {
+        for (name, parameters) in &self.rig.effects {
+            let key = format!("effects.{name}");
+            check(name, parameters)
+                .map_err(|problem| self.error(self.place(&key), Some(&key), problem, ""))?;
+        }
+        Ok(())
+    }
+
+    fn read_uncertainty(&mut self, entry: &Entry<'t>) -> Result<(), RigError> {
+        for (name, entry) in self.table("uncertainty", entry)? {
+            let target = name.get_ref().as_ref();
+            let key = format!("uncertainty.\"{}\"", one_line(target));
+            if entry.get_ref().is_table() {
+                let expected = "quotes around the whole key: \"section.key\" = value";
+                return Err(self.error(Some(name.span()), Some(&key), "is a table", expected));
+            }
+            if self.rig.value(target).is_none() {
+                return Err(self.no_such_value(name.span(), &key, target));
+            }
+            let limits = if uncertainty_is_absolute(target) {
+                &ABSOLUTE_DEVIATION
+            } else {
+                &RELATIVE_DEVIATION
+            };
+            let value = self.number(&key, entry, limits)?;
+            self.rig.uncertainty.insert(target.into(), value);
+        }
+        Ok(())
+    }
+
+    fn no_such_value(&self, span: Range<usize>, key: &str, target: &str) -> RigError {
+        let known = self.rig.value_keys();
+        let expected = match closest(target, known.iter().map(String::as_str)) {
+            Some(name) => format!("a number of this rig, did you mean \"{name}\"?"),
+            None => "a number of this rig, such as \"supply.pressure_Pa\"".into(),
+        };
+        self.error(
+            Some(span),
+            Some(key),
+            "names no number of this rig",
+            &expected,
+        )
+    }
+
+    // what several keys must agree on
+
+    fn check_whole(&mut self) -> Result<(), RigError> {
+        self.rig.signals.gauge_zero_pa = self.rig.ambient_pressure_pa();
+        self.check_time_column()?;
+        self.check_valve()?;
+        self.check_supply()?;
+        self.check_cylinder()?;
+        self.check_chambers()?;
+        self.check_friction()
+    }
+
+    fn check_time_column(&self) -> Result<(), RigError> {
+        if self.rig.signals.by_name.is_empty() || self.rig.signals.contains("t") {
+            return Ok(());
+        }
+        let span = self.place("signals");
+        let expected = "the time column: t = { column = ..., unit = \"s\" }";
+        Err(self.error(span, Some("signals.t"), "missing", expected))
+    }
+
+    fn check_valve(&self) -> Result<(), RigError> {
+        let Some(valve) = &self.rig.valve else {
+            return Ok(());
+        };
+        self.check_opening(valve)?;
+        for table in [ValveTable::SupplyArea, ValveTable::ExhaustArea] {
+            let (points, openings) = (table.points(valve).len(), valve.opening_v.len());
+            if points != openings {
+                let problem = format!("has {points} points");
+                let expected = format!("{openings}, as valve.opening_V has");
+                return Err(self.at(table.key(), problem, &expected));
+            }
+        }
+        if valve.laminar_pressure_ratio <= valve.critical_pressure_ratio {
+            let problem = format!("{} is out of range", valve.laminar_pressure_ratio);
+            let expected = format!(
+                "a ratio above valve.critical_pressure_ratio = {}",
+                valve.critical_pressure_ratio
+            );
+            return Err(self.at("valve.laminar_pressure_ratio", problem, &expected));
+        }
+        Ok(())
+    }
+
+    fn check_opening(&self, valve: &Valve) -> Result<(), RigError> {
+        for (place, pair) in valve.opening_v.windows(2).enumerate() {
+            if pair[1] > pair[0] {
+                continue;
+            }
+            let key = "valve.opening_V";
+            let problem = format!("point {} is {} after {}", place + 1, pair[1], pair[0]);
+            return Err(self.at(key, problem, "strictly increasing openings"));
+        }
+        Ok(())
+    }
+
+    fn check_supply(&self) -> Result<(), RigError> {
+        let Some(supply) = &self.rig.supply else {
+            return Ok(());
+        };
+        let ambient_pa = self.rig.ambient_pressure_pa();
+        if supply.pressure_pa > ambient_pa {
+            return Ok(());
+        }
+        let problem = format!(
+            "{} is not above the ambient pressure {ambient_pa}",
+            supply.pressure_pa
+        );
+        let expected = "absolute Pa (is this a gauge pressure?)";
+        Err(self.at("supply.pressure_Pa", problem, expected))
+    }
+
+    fn check_cylinder(&self) -> Result<(), RigError> {
+        let Some(cylinder) = &self.rig.cylinder else {
+            return Ok(());
+        };
+        if cylinder.stroke_m.is_some() && cylinder.position_zero.is_none() {
+            let expected = "\"mid-stroke\" or \"end-a\", as there is a stroke";
+            let span = self.place("cylinder");
+            let key = Some("cylinder.position_zero");
+            return Err(self.error(span, key, "missing", expected));
+        }
+        let Some(bore_m) = cylinder.bore_m else {
+            return Ok(());
+        };
+        let circle_m2 = PI / 4.0 * bore_m * bore_m;
+        let areas = [
+            ("cylinder.area_a_m2", cylinder.area_a_m2),
+            ("cylinder.area_b_m2", cylinder.area_b_m2),
+        ];
+        for (key, area_m2) in areas {
+            if area_m2.is_some_and(|area_m2| area_m2 > AREA_OVER_BORE * circle_m2) {
+                let problem = format!(
+                    "{} is larger than the bore's circle",
+                    area_m2.unwrap_or_default()
+                );
+                let expected = format!("at most {circle_m2:.4e} m2 for cylinder.bore_m = {bore_m}");
+                return Err(self.at(key, problem, &expected));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_chambers(&self) -> Result<(), RigError> {
+        let Some(chambers) = &self.rig.chambers else {
+            return Ok(());
+        };
+        let (model, needed): (_, &[&str]) = match chambers.model {
+            ChamberModel::EnergyBalance => (
+                "energy-balance",
+                &[
+                    "chambers.heat_transfer_charging_W_m2K",
+                    "chambers.heat_transfer_discharging_W_m2K",
+                ],
+            ),
+            ChamberModel::Polytropic => (
+                "polytropic",
+                &["chambers.expansion_index", "chambers.compression_index"],
+            ),
+            ChamberModel::PolytropicProcess => {
+                ("polytropic-process", &["chambers.polytropic_index"])
+            }
+        };
+        let missing = needed.iter().find(|key| self.rig.value(key).is_none());
+        match missing {
+            None => Ok(()),
+            Some(key) => {
+                let expected = format!("a number, as the model is \"{model}\"");
+                Err(self.error(self.place("chambers"), Some(key), "missing", &expected))
+            }
+        }
+    }
+
+    fn check_friction(&self) -> Result<(), RigError> {
+        let Some(friction) = &self.rig.friction else {
+            return Ok(());
+        };
+        let (Some(static_n), Some(coulomb_n)) = (friction.static_n, friction.coulomb_n) else {
+            return Ok(());
+        };
+        // Both are estimates: a little below is a wrong estimate, not a slip.
+        if static_n >= STATIC_OVER_COULOMB * coulomb_n {
+            return Ok(());
+        }
+        let problem = format!("{static_n} is far below friction.coulomb_N = {coulomb_n}");
+        let expected = "static friction about as large as Coulomb friction, or larger";
+        Err(self.at("friction.static_N", problem, expected))
+    }
+
+    // errors with their place
+
+    fn place(&self, key: &str) -> Option<Range<usize>> {
+        self.places.get(key).cloned()
+    }
+
+    fn at(&self, key: &str, problem: impl Into<String>, expected: &str) -> RigError {
+        self.error(self.place(key), Some(key), problem, expected)
+    }
+
+    fn error(
+        &self,
+        span: Option<Range<usize>>,
+        key: Option<&str>,
+        problem: impl Into<String>,
+        expected: &str,
+    ) -> RigError {
+        RigError {
+            file: self.file.into(),
+            line: span.map(|span| self.line_of(span.start)),
+            key: key.map(String::from),
+            problem: problem.into(),
+            expected: expected.into(),
+        }
+    }
+
+    fn line_of(&self, offset: usize) -> usize {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        1 + before.iter().filter(|byte| **byte == b'\n').count()
+    }
+}
+
+const ANY: Limits = Limits {
+    low: f64::MIN,
+    high: f64::MAX,
+    low_included: true,
+    high_included: true,
+    expected: "a finite number",
+};
+const POSITIVE: Limits = Limits {
+    low: 0.0,
+    high: f64::MAX,
+    low_included: false,
+    high_included: true,
+    expected: "a number above 0, in SI units",
+};
+const SCALE: Limits = Limits {
+    expected: "a finite gain",
+    ..ANY
+};
+const RELATIVE_DEVIATION: Limits = Limits {
+    low: 0.0,
+    high: 10.0,
+    low_included: true,
+    high_included: true,
+    expected: "a standard deviation relative to the value, 0 to 10 (0.05 is 5 %)",
+};
+const ABSOLUTE_DEVIATION: Limits = Limits {
+    low: 0.0,
+    high: 1000.0,
+    low_included: true,
+    high_included: true,
+    expected: "a standard deviation in volts, 0 to 1000",
+};
+
+fn numeric(entry: &Entry) -> Option<f64> {
+    match entry.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
+            .ok()
+            .map(whole_as_float),
+        _ => None,
+    }
+}
+
+/// Rounds beyond 2^53, where every key's limits refuse the value anyway.
+fn whole_as_float(integer: i64) -> f64 {
+    integer as f64
+}
+
+/// What stands there, for an error line.
+fn shown(entry: &Entry) -> String {
+    match entry.get_ref() {
+        DeValue::String(text) => format!("the text \"{}\"", one_line(text)),
+        DeValue::Integer(integer) => one_line(integer.as_str()),
+        DeValue::Float(float) => one_line(float.as_str()),
+        DeValue::Boolean(value) => format!("{value}"),
+        DeValue::Datetime(_) => "a date".into(),
+        DeValue::Array(_) => "a list".into(),
+        DeValue::Table(_) => "a table".into(),
+    }
+}
+
+fn words(choice: &ChoiceKey) -> String {
+    let quoted: Vec<String> = choice
+        .words
+        .iter()
+        .map(|word| format!("\"{word}\""))
+        .collect();
+    quoted.join(" or ")
+}
+
+fn in_section<'a>(name: &'a str, section: &str) -> Option<&'a str> {
+    name.strip_prefix(section)?.strip_prefix('.')
+}
+
+fn section_keys(section: &str) -> Vec<&'static str> {
+    let numbers = NUMBERS.iter().map(|number: &NumberKey| number.name);
+    let choices = CHOICES.iter().map(|choice| choice.name);
+    let tables = ValveTable::ALL.map(ValveTable::key);
+    numbers
+        .chain(choices)
+        .chain(tables)
+        .filter_map(|name| in_section(name, section))
+        .collect()
+}

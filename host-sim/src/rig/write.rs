@@ -1,0 +1,157 @@
+//! A rig back to text that reads back equal.
+
+use std::fmt::Write;
+
+use super::keys::{CHOICES, NUMBERS, SECTIONS, ValveTable};
+use super::{Column, FORMAT, Rig, Signal};
+
+impl Rig {
+    /// The rig as a rig file. Reading it back gives an equal rig.
+    pub fn to_toml(&self) -> String {
+        let mut text = format!("format = {}\n", quoted(FORMAT));
+        self.write_signals(&mut text);
+        for section in SECTIONS {
+            self.write_section(&mut text, section);
+        }
+        self.write_uncertainty(&mut text);
+        self.write_effects(&mut text);
+        text
+    }
+
+    fn write_signals(&self, text: &mut String) {
+        if self.signals.by_name.is_empty() {
+            return;
+        }
+        text.push_str("\n[signals]\n");
+        for (name, signal) in self.signals.iter() {
+            line(text, name, &signal_table(signal));
+        }
+    }
+
+    fn write_section(&self, text: &mut String, section: &str) {
+        if !self.has_section(section) {
+            return;
+        }
+        let _ = writeln!(text, "\n[{section}]");
+        for choice in CHOICES {
+            if let (Some(key), Some(word)) = (key_in(choice.name, section), (choice.get)(self)) {
+                line(text, key, &quoted(choice.words[word]));
+            }
+        }
+        for number in NUMBERS {
+            if let (Some(key), Some(value)) = (key_in(number.name, section), (number.get)(self)) {
+                line(text, key, &float(value));
+            }
+        }
+        let Some(valve) = self.valve.as_ref() else {
+            return;
+        };
+        for table in ValveTable::ALL {
+            if let Some(key) = key_in(table.key(), section) {
+                let points: Vec<String> = table.points(valve).iter().copied().map(float).collect();
+                line(text, key, &format!("[{}]", points.join(", ")));
+            }
+        }
+    }
+
+    fn has_section(&self, section: &str) -> bool {
+        match section {
+            "gas" => self.gas.is_some(),
+            "environment" => self.environment.is_some(),
+            "supply" => self.supply.is_some(),
+            "valve" => self.valve.is_some(),
+            "cylinder" => self.cylinder.is_some(),
+            "vessel" => self.vessel.is_some(),
+            "actuator" => self.actuator.is_some(),
+            "chambers" => self.chambers.is_some(),
+            "carriage" => self.carriage.is_some(),
+            "friction" => self.friction.is_some(),
+            "horizon" => self.horizon.is_some(),
+            _ => false,
+        }
+    }
+
+    fn write_uncertainty(&self, text: &mut String) {
+        if self.uncertainty.is_empty() {
+            return;
+        }
+        text.push_str("\n[uncertainty]\n");
+        for (key, value) in &self.uncertainty {
+            line(text, &quoted(key), &float(*value));
+        }
+    }
+
+    fn write_effects(&self, text: &mut String) {
+        for (name, parameters) in &self.effects {
+            let _ = writeln!(text, "\n[effects.{}]", bare_or_quoted(name));
+            for (key, value) in parameters {
+                line(text, &bare_or_quoted(key), &float(*value));
+            }
+        }
+    }
+}
+
+fn line(text: &mut String, key: &str, value: &str) {
+    let _ = writeln!(text, "{key} = {value}");
+}
+
+fn key_in<'a>(name: &'a str, section: &str) -> Option<&'a str> {
+    name.strip_prefix(section)?.strip_prefix('.')
+}
+
+fn signal_table(signal: &Signal) -> String {
+    let column = match &signal.column {
+        Column::Name(name) => quoted(name),
+        Column::Number(number) => number.to_string(),
+    };
+    let mut table = format!(
+        "{{ column = {column}, unit = {}",
+        quoted(signal.unit.as_str())
+    );
+    let numbers = [
+        ("noise", signal.noise),
+        ("resolution", signal.resolution),
+        ("scale", signal.scale),
+        ("offset", signal.offset),
+    ];
+    for (key, value) in numbers {
+        if let Some(value) = value {
+            let _ = write!(table, ", {key} = {}", float(value));
+        }
+    }
+    table.push_str(" }");
+    table
+}
+
+/// The shortest spelling that reads back to the same number.
+fn float(value: f64) -> String {
+    if value.is_nan() {
+        return "nan".into();
+    }
+    format!("{value:?}")
+}
+
+fn bare_or_quoted(key: &str) -> String {
+    let bare = !key.is_empty()
+        && key
+            .bytes()
+            .all(|byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-');
+    if bare { key.into() } else { quoted(key) }
+}
+
+/// A TOML basic string.
+fn quoted(text: &str) -> String {
+    let mut shown = String::from("\"");
+    for character in text.chars() {
+        match character {
+            '"' => shown.push_str("\\\""),
+            '\\' => shown.push_str("\\\\"),
+            control if control.is_control() => {
+                let _ = write!(shown, "\\u{:04X}", u32::from(control));
+            }
+            plain => shown.push(plain),
+        }
+    }
+    shown.push('"');
+    shown
+}
