@@ -1,1 +1,14 @@
-//! To be filled.
+//! Fitting parameters to data.
+//!
+//! - [`normal_equations`]: what a problem adds its rows to
+//! - [`levenberg_marquardt`]: bounded least squares with priors
+//! - [`uncertainty`]: what the data say about the parameters, and what they leave open
+
+pub mod levenberg_marquardt;
+pub mod normal_equations;
+pub mod uncertainty;
+
+pub use levenberg_marquardt::{
+    Fit, FitError, LeastSquares, NoiseVariance, Options, Parameter, Prior, Reason, solve,
+};
+pub use normal_equations::{NormalEquations, ResidualSums, RowWeighting};
