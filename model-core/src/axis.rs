@@ -11,7 +11,7 @@ use crate::friction::FrictionLevels;
 use crate::gas::Gas;
 use crate::left_out::{
     ChamberLeakage, DelayLine, FrictionTerms, SlewLimit, SpoolDynamics, SpoolState,
-    SpoolTransition, TubeLine, TubeState, ValveDelay,
+    SpoolTransition, TubeLine, TubeState, ValveDelay, ValveHysteresis,
 };
 use crate::real::Real;
 use crate::valve::{FlowLaw, GasState, PathAreas, Valve};
@@ -20,6 +20,7 @@ use crate::valve::{FlowLaw, GasState, PathAreas, Valve};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandPath<R> {
     delay: ValveDelay<R>,
+    hysteresis: ValveHysteresis<R>,
     slew: SlewLimit<R>,
     spool: SpoolTransition<R>,
     dt_s: R,
@@ -29,6 +30,7 @@ pub struct CommandPath<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandState<R> {
     line: DelayLine<R>,
+    played: R,
     slewed: R,
     spool: SpoolState<R>,
 }
@@ -38,6 +40,7 @@ impl<R: Real> CommandState<R> {
     pub fn holding(command_v: R) -> Self {
         Self {
             line: DelayLine::holding(command_v),
+            played: command_v,
             slewed: command_v,
             spool: SpoolState::at_rest(command_v),
         }
@@ -48,12 +51,14 @@ impl<R: Real> CommandPath<R> {
     /// A path for steps of `dt_s`.
     pub fn new(
         delay: ValveDelay<R>,
+        hysteresis: ValveHysteresis<R>,
         slew: SlewLimit<R>,
         spool: &SpoolDynamics<R>,
         dt_s: R,
     ) -> Self {
         Self {
             delay,
+            hysteresis,
             slew,
             spool: spool.transition(dt_s),
             dt_s,
@@ -64,7 +69,8 @@ impl<R: Real> CommandPath<R> {
     #[inline]
     pub fn step(&self, state: &mut CommandState<R>, command_v: R) -> R {
         let delayed = self.delay.step(&mut state.line, command_v, self.dt_s);
-        state.slewed = self.slew.step(state.slewed, delayed, self.dt_s);
+        state.played = self.hysteresis.step(state.played, delayed);
+        state.slewed = self.slew.step(state.slewed, state.played, self.dt_s);
         self.spool.step(&mut state.spool, state.slewed)
     }
 }
@@ -115,6 +121,15 @@ impl<R: Real> PneumaticState<R> {
     }
 }
 
+/// The valve as the chambers see it through one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ValveDrive<R> {
+    /// Areas of the four paths.
+    pub areas: PathAreas<R>,
+    /// The supplied gas.
+    pub supply: GasState<R>,
+}
+
 /// The two paths that end at one port.
 #[derive(Clone, Copy)]
 struct PortPaths<R> {
@@ -124,70 +139,69 @@ struct PortPaths<R> {
 }
 
 impl<R: Real> Pneumatics<R> {
-    /// One step with the piston moving from `from_m` to `to_m`.
+    /// One step with the piston moving from `from_m` to `to_m`; without a valve
+    /// the chambers are closed.
     #[inline]
     pub fn step(
         &self,
         state: &mut PneumaticState<R>,
-        areas: &PathAreas<R>,
-        supply: GasState<R>,
+        valve: Option<&ValveDrive<R>>,
         from_m: R,
         to_m: R,
         dt_s: R,
     ) {
-        let paths_a = PortPaths {
-            supply_area_m2: areas.supply_a_m2,
-            exhaust_area_m2: areas.exhaust_a_m2,
-            supply,
-        };
-        let paths_b = PortPaths {
-            supply_area_m2: areas.supply_b_m2,
-            exhaust_area_m2: areas.exhaust_b_m2,
-            supply,
-        };
-        let (a, b) = (&self.chamber_a, &self.chamber_b);
+        let paths_a = valve.map(|drive| PortPaths {
+            supply_area_m2: drive.areas.supply_a_m2,
+            exhaust_area_m2: drive.areas.exhaust_a_m2,
+            supply: drive.supply,
+        });
+        let paths_b = valve.map(|drive| PortPaths {
+            supply_area_m2: drive.areas.supply_b_m2,
+            exhaust_area_m2: drive.areas.exhaust_b_m2,
+            supply: drive.supply,
+        });
+        let way = (from_m, to_m);
+        let side_a = (&self.chamber_a, &self.leak_a);
+        let side_b = (&self.chamber_b, &self.leak_b);
         self.step_side(
-            a,
-            &self.leak_a,
-            &mut state.a,
-            &mut state.tube_a,
-            &paths_a,
-            (from_m, to_m),
+            side_a,
+            (&mut state.a, &mut state.tube_a),
+            paths_a,
+            way,
             dt_s,
         );
         self.step_side(
-            b,
-            &self.leak_b,
-            &mut state.b,
-            &mut state.tube_b,
-            &paths_b,
-            (from_m, to_m),
+            side_b,
+            (&mut state.b, &mut state.tube_b),
+            paths_b,
+            way,
             dt_s,
         );
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "one side's parts, all needed, used in one place"
-    )]
     fn step_side(
         &self,
-        chamber: &Chamber<R>,
-        leak: &ChamberLeakage<R>,
-        state: &mut ChamberState<R>,
-        tube: &mut TubeState<R>,
-        paths: &PortPaths<R>,
+        (chamber, leak): (&Chamber<R>, &ChamberLeakage<R>),
+        (state, tube): (&mut ChamberState<R>, &mut TubeState<R>),
+        paths: Option<PortPaths<R>>,
         way_m: (R, R),
         dt_s: R,
     ) {
         let stroke = chamber.stroke(way_m.0, way_m.1);
-        if self.tube.is_present() {
-            let line = self.step_tube(chamber, state, tube, paths, way_m.1, dt_s);
-            let flow = |gas| line.with_leak(self, leak, gas);
-            chamber.step(state, &stroke, flow, dt_s);
-        } else {
-            let flow = |gas| self.port_flow(paths, gas).with_leak(self, leak, gas);
-            chamber.step(state, &stroke, flow, dt_s);
+        match paths {
+            None => {
+                let flow = |gas| ChamberFlow::NONE.with_leak(self, leak, gas);
+                chamber.step(state, &stroke, flow, dt_s);
+            }
+            Some(paths) if self.tube.is_present() => {
+                let line = self.step_tube(chamber, state, tube, &paths, way_m.1, dt_s);
+                let flow = |gas| line.with_leak(self, leak, gas);
+                chamber.step(state, &stroke, flow, dt_s);
+            }
+            Some(paths) => {
+                let flow = |gas| self.port_flow(&paths, gas).with_leak(self, leak, gas);
+                chamber.step(state, &stroke, flow, dt_s);
+            }
         }
     }
 
@@ -344,26 +358,22 @@ impl<R: Real> Axis<R> {
     #[inline]
     pub fn step(&self, state: &mut AxisState<R>, inputs: &AxisInputs<R>) {
         let spool_v = self.command_path.step(&mut state.command, inputs.command_v);
-        let areas = self.valve.areas(spool_v);
         let from_m = state.carriage.position_m.value;
         let (a, b) = (
             state.pneumatics.a.pressure_pa.value,
             state.pneumatics.b.pressure_pa.value,
         );
         self.step_carriage(&mut state.carriage, a, b);
-        let supply = GasState {
-            pressure_pa: inputs.supply_pressure_pa,
-            temperature_k: self.supply_temperature_k,
+        let drive = ValveDrive {
+            areas: self.valve.areas(spool_v),
+            supply: GasState {
+                pressure_pa: inputs.supply_pressure_pa,
+                temperature_k: self.supply_temperature_k,
+            },
         };
         let to_m = state.carriage.position_m.value;
-        self.pneumatics.step(
-            &mut state.pneumatics,
-            &areas,
-            supply,
-            from_m,
-            to_m,
-            self.dt_s,
-        );
+        self.pneumatics
+            .step(&mut state.pneumatics, Some(&drive), from_m, to_m, self.dt_s);
     }
 
     /// The carriage alone, under given pressures.

@@ -25,7 +25,8 @@
 //!   5 bar with h = 20. With pref the chamber's own equilibrium pressure the
 //!   drift is nought; that is the cure.
 //! - [`ThermalModel::PolytropicProcess`] is p V^n constant for a constant mass, what
-//!   a bench engineer fits to a closed gas spring.
+//!   a bench engineer fits to a closed gas spring; p' = n (R T m' - p V')/V with a
+//!   flow, isothermal for n = 1.
 //!
 //! Neglected: a temperature that varies within the chamber, warming of the wall
 //! ([`crate::left_out`]).
@@ -113,6 +114,9 @@ pub struct Chamber<R> {
     pub heat_transfer_charging_w_per_m2_k: R,
     /// h while it is below nought, W/(m2 K).
     pub heat_transfer_discharging_w_per_m2_k: R,
+    /// Heat conductance to the wall beside h S(x), W/K: ports, end volumes and
+    /// whatever surface the plain cylinder does not count.
+    pub wall_conductance_w_per_k: R,
     /// Wall temperature, K.
     pub wall_temperature_k: R,
 }
@@ -267,13 +271,14 @@ impl<R: Real> Chamber<R> {
         let constant = self.gas.gas_constant_j_per_kg_k;
         let grown = stroke.end_m3 - stroke.start_m3;
         let heat_w = self.heat_w(at, stroke.surface_m2, flow.mass_kg_per_s);
-        // (gamma-1) H' = gamma R sum(m T), linear in the pressure about `at`.
-        let enthalpy = gamma * constant * dt_s;
+        let work_index = self.work_index();
+        // (gamma-1) H' = gamma R sum(m T), linear in the pressure about `at`; a
+        // polytropic process holds its heat in the index here as well.
+        let enthalpy = work_index * constant * dt_s;
         let apart = start.pressure_pa - at.pressure_pa;
         let source = enthalpy
             * (flow.mass_temperature_kg_k_per_s + flow.mass_temperature_slope * apart)
             + minus * heat_w * dt_s;
-        let work_index = self.work_index();
         let stiffness = stroke.end_m3 + (work_index - R::ONE) * grown * R::from_f64(0.5)
             - weight * enthalpy * flow.mass_temperature_slope;
         let pressure_pa = (source - work_index * start.pressure_pa * grown) / stiffness;
@@ -297,7 +302,7 @@ impl<R: Real> Chamber<R> {
     /// Weight of the end of the step in the flow's pressure: 1/2 (second order)
     /// while the step resolves the eigenvalue, 1 - 1/z beyond: never rings.
     fn implicit_weight(&self, stroke: &Stroke<R>, flow: &ChamberFlow<R>, dt_s: R) -> R {
-        let stiffness = -self.gas.heat_capacity_ratio
+        let stiffness = -self.work_index()
             * self.gas.gas_constant_j_per_kg_k
             * flow.mass_temperature_slope
             * dt_s
@@ -322,7 +327,8 @@ impl<R: Real> Chamber<R> {
             _ => R::ONE,
         };
         let seen = self.seen(at, net_flow_kg_per_s);
-        share * coefficient * surface_m2 * (self.wall_temperature_k - seen.temperature_k)
+        let conductance = coefficient * surface_m2 + self.wall_conductance_w_per_k;
+        share * conductance * (self.wall_temperature_k - seen.temperature_k)
     }
 
     /// The gas state with the temperature that flow and heat see: the state's

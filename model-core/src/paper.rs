@@ -11,7 +11,7 @@ use crate::chamber::{Chamber, ChamberGeometry, ThermalModel};
 use crate::friction::{Bristle, FrictionLevels};
 use crate::gas::Gas;
 use crate::left_out::{
-    ChamberLeakage, FrictionTerms, SlewLimit, SpoolDynamics, TubeLine, ValveDelay,
+    ChamberLeakage, FrictionTerms, SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
 };
 use crate::real::Real;
 use crate::valve::{AreaTable, FlowLaw, GasState, Valve};
@@ -95,6 +95,7 @@ pub fn axis<R: Real>() -> Axis<R> {
     Axis {
         command_path: CommandPath::new(
             ValveDelay::NEUTRAL,
+            ValveHysteresis::NEUTRAL,
             SlewLimit::NEUTRAL,
             &SpoolDynamics::NEUTRAL,
             dt_s,
@@ -152,6 +153,7 @@ fn chamber<R: Real>(gas: Gas<R>, length_per_position: R) -> Chamber<R> {
         temperature_memory: R::ZERO,
         heat_transfer_charging_w_per_m2_k: R::from_f64(HEAT_TRANSFER_CHARGING_W_PER_M2_K),
         heat_transfer_discharging_w_per_m2_k: R::from_f64(HEAT_TRANSFER_DISCHARGING_W_PER_M2_K),
+        wall_conductance_w_per_k: R::ZERO,
         wall_temperature_k: R::from_f64(AMBIENT_TEMPERATURE_K),
     }
 }

@@ -11,6 +11,7 @@ mod slew_limit;
 mod spool_dynamics;
 mod tube_line;
 mod valve_delay;
+mod valve_hysteresis;
 
 pub use chamber_leakage::ChamberLeakage;
 pub use friction_terms::FrictionTerms;
@@ -18,3 +19,4 @@ pub use slew_limit::SlewLimit;
 pub use spool_dynamics::{SpoolDynamics, SpoolState, SpoolTransition};
 pub use tube_line::{TubeLine, TubeState};
 pub use valve_delay::{DELAY_CAPACITY, DelayLine, ValveDelay};
+pub use valve_hysteresis::ValveHysteresis;

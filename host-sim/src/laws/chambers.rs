@@ -1,0 +1,252 @@
+//! Chambers driven by recorded position, command and supply pressure.
+
+use super::{InitialState, Output, Sink, Track, delayed};
+use crate::model::{Side, Values};
+use crate::recording::Recording;
+use crate::rig::Rig;
+use model_core::axis::{CommandState, PneumaticState, Pneumatics, ValveDrive};
+use model_core::real::Real;
+use model_core::valve::{GasState, Valve};
+use std::ops::Range;
+
+/// The longest step with a valve, s: its stiffness is then resolved as at 1 kHz.
+const LONGEST_VALVE_STEP_S: f64 = 2e-3;
+/// The longest step of a closed chamber, s; it has no fast mode.
+const LONGEST_CLOSED_STEP_S: f64 = 0.1;
+/// Steps into which one row is divided at the most (over a gap).
+const MOST_SUBSTEPS: f64 = 200.0;
+/// History of the command that is run through before a window, s: longer than
+/// any delay or lag of a valve.
+const COMMAND_WARM_UP_S: f64 = 0.2;
+/// How far the gas may be from ambient when a recording begins in mid-motion,
+/// K, one standard deviation: half the excursion of a full-speed stroke.
+const INITIAL_TEMPERATURE_SD_K: f64 = 20.0;
+
+/// Sides with a recorded pressure.
+fn sides(rig: &Rig) -> impl Iterator<Item = Side> + '_ {
+    Side::BOTH
+        .into_iter()
+        .filter(|side| rig.signals.contains(side.pressure_signal()))
+}
+
+pub(super) fn outputs(rig: &Rig) -> Vec<Output> {
+    sides(rig)
+        .map(|side| Output {
+            signal: side.pressure_signal(),
+            place: side.place(),
+            unit: "Pa",
+        })
+        .collect()
+}
+
+/// Pressure and temperature of each recorded chamber.
+pub(super) fn initial_states(rig: &Rig, recording: &Recording, row: usize) -> Vec<InitialState> {
+    let ambient_k = Values::<f64> {
+        rig,
+        keys: &[],
+        replaced: &[],
+    }
+    .ambient()
+    .temperature_k;
+    let pressure = |(output, side): (usize, Side)| {
+        let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
+        let guess = signal.get(row).copied().unwrap_or(1e5);
+        InitialState {
+            name: if side == Side::A { "p_a" } else { "p_b" },
+            guess,
+            // The sample knows it to its noise; the model's own error is more.
+            standard_deviation: 0.05 * guess,
+            lower: 1e3,
+            measured_by: Some(output),
+        }
+    };
+    let temperature = |side: Side| InitialState {
+        name: if side == Side::A { "T_a" } else { "T_b" },
+        guess: ambient_k,
+        standard_deviation: INITIAL_TEMPERATURE_SD_K,
+        lower: 100.0,
+        measured_by: None,
+    };
+    sides(rig)
+        .enumerate()
+        .map(pressure)
+        .chain(sides(rig).map(temperature))
+        .collect()
+}
+
+/// What drives the chambers, row by row.
+struct Drive<'a, R> {
+    position_m: Option<&'a [f64]>,
+    time_s: &'a [f64],
+    command_v: Option<&'a [f64]>,
+    supply_pa: Option<&'a [f64]>,
+    declared_supply_pa: R,
+    supply_temperature_k: R,
+    skew_s: R,
+}
+
+impl<R: Real> Drive<'_, R> {
+    fn position(&self, row: usize) -> R {
+        match self.position_m {
+            Some(position) => delayed(self.time_s, position, row, self.skew_s),
+            None => R::ZERO,
+        }
+    }
+
+    fn supply(&self, row: usize) -> GasState<R> {
+        GasState {
+            pressure_pa: match self.supply_pa {
+                Some(pressure) => R::from_f64(pressure[row]),
+                None => self.declared_supply_pa,
+            },
+            temperature_k: self.supply_temperature_k,
+        }
+    }
+}
+
+pub(super) fn predict<R: Real>(
+    values: &Values<'_, R>,
+    track: &Track<'_>,
+    rows: Range<usize>,
+    initial: &[R],
+    sink: &mut impl Sink<R>,
+) {
+    let Some(pneumatics) = values.pneumatics() else {
+        return;
+    };
+    let valve = values.valve().and_then(Result::ok);
+    let sides: Vec<Side> = sides(values.rig).collect();
+    let drive = Drive {
+        position_m: track.signal("x"),
+        time_s: &track.recording.time_s,
+        command_v: track.signal("u"),
+        supply_pa: track.signal("p_s"),
+        declared_supply_pa: values.get_or("supply.pressure_Pa", 7e5),
+        supply_temperature_k: values.ambient().temperature_k,
+        skew_s: values.effect("position-time-skew", "delay_s", 0.0),
+    };
+    let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
+    let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows)));
+    let mut state = start(&sides, initial);
+    let mut shown = pressures(&sides, &state);
+    report(&sides, &state, &shown, rows.start, sink);
+    for row in rows.start..rows.end.saturating_sub(1) {
+        let valve_now = spool
+            .as_ref()
+            .map(|(valve, spool)| (valve, spool[row - rows.start]));
+        advance(&pneumatics, &mut state, valve_now, &drive, row);
+        let dt = R::from_f64(track.dt_s(row));
+        lag(&mut shown, &pressures(&sides, &state), lag_s, dt);
+        report(&sides, &state, &shown, row + 1, sink);
+    }
+}
+
+/// One row, in as many steps as its length asks for.
+fn advance<R: Real>(
+    pneumatics: &Pneumatics<R>,
+    state: &mut PneumaticState<R>,
+    valve: Option<(&Valve<R>, R)>,
+    drive: &Drive<'_, R>,
+    row: usize,
+) {
+    let dt_s = drive.time_s[row + 1] - drive.time_s[row];
+    let longest = if valve.is_some() {
+        LONGEST_VALVE_STEP_S
+    } else {
+        LONGEST_CLOSED_STEP_S
+    };
+    let steps = (dt_s / longest).ceil().clamp(1.0, MOST_SUBSTEPS);
+    let step_s = R::from_f64(dt_s / steps);
+    let from = drive.position(row);
+    let way = drive.position(row + 1) - from;
+    let valve = valve.map(|(valve, spool_v)| ValveDrive {
+        areas: valve.areas(spool_v),
+        supply: drive.supply(row),
+    });
+    let mut here = from;
+    for step in 1..=steps as u32 {
+        let next = from + way * R::from_f64(f64::from(step) / steps);
+        pneumatics.step(state, valve.as_ref(), here, next, step_s);
+        here = next;
+    }
+}
+
+/// The spool's position over each row of the range, after a run through the
+/// command before it.
+fn spool_positions<R: Real>(
+    values: &Values<'_, R>,
+    drive: &Drive<'_, R>,
+    rows: &Range<usize>,
+) -> Vec<R> {
+    let Some(command) = drive.command_v else {
+        return Vec::new();
+    };
+    let step_s = super::motion::median_step_s(drive.time_s);
+    let path = values.command_path(step_s);
+    let warm_up = (COMMAND_WARM_UP_S / step_s).ceil() as usize;
+    let from = rows.start.saturating_sub(warm_up);
+    let mut state = CommandState::holding(R::from_f64(command[from]));
+    let mut positions = Vec::with_capacity(rows.len());
+    for (row, &command_v) in command.iter().enumerate().take(rows.end).skip(from) {
+        let position = path.step(&mut state, R::from_f64(command_v));
+        if row >= rows.start {
+            positions.push(position);
+        }
+    }
+    positions
+}
+
+fn start<R: Real>(sides: &[Side], initial: &[R]) -> PneumaticState<R> {
+    let gas = |wanted: Side| {
+        let index = sides.iter().position(|&side| side == wanted).unwrap_or(0);
+        GasState {
+            pressure_pa: initial[index],
+            temperature_k: initial[index + sides.len()],
+        }
+    };
+    PneumaticState::at_rest(gas(Side::A), gas(Side::B))
+}
+
+fn chamber_states<R: Real>(state: &PneumaticState<R>, side: Side) -> GasState<R> {
+    match side {
+        Side::A => state.a.gas_state(),
+        Side::B => state.b.gas_state(),
+    }
+}
+
+fn pressures<R: Real>(sides: &[Side], state: &PneumaticState<R>) -> [R; 2] {
+    let mut pressures = [R::ZERO; 2];
+    for (slot, &side) in pressures.iter_mut().zip(sides) {
+        *slot = chamber_states(state, side).pressure_pa;
+    }
+    pressures
+}
+
+/// First-order lag of the pressure sensors, exact for a ramp held at its end.
+fn lag<R: Real>(shown: &mut [R; 2], pressures: &[R; 2], lag_s: R, dt_s: R) {
+    let share = if lag_s > R::ZERO {
+        R::ONE - (-(dt_s / lag_s)).exp()
+    } else {
+        R::ONE
+    };
+    for (slot, &pressure) in shown.iter_mut().zip(pressures) {
+        *slot += share * (pressure - *slot);
+    }
+}
+
+fn report<R: Real>(
+    sides: &[Side],
+    state: &PneumaticState<R>,
+    shown: &[R; 2],
+    row: usize,
+    sink: &mut impl Sink<R>,
+) {
+    let count = sides.len();
+    let mut states = [R::ZERO; 4];
+    for (index, &side) in sides.iter().enumerate() {
+        let gas = chamber_states(state, side);
+        states[index] = gas.pressure_pa;
+        states[index + count] = gas.temperature_k;
+    }
+    sink.row(row, &shown[..count], &states[..2 * count]);
+}

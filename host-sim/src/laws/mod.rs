@@ -1,0 +1,215 @@
+//! Laws driven by recorded signals, each predicting what was recorded of it.
+//!
+//! The loop of the axis is cut where signals were recorded: the chambers are
+//! driven by recorded position and command and predict the pressures; the
+//! carriage is driven by recorded pressures and predicts the position (or, on a
+//! bench, the force). An error of one law cannot hide in another, and a rig
+//! with half of the sensors can still be used.
+
+mod actuator;
+mod carriage;
+mod chambers;
+mod force;
+mod motion;
+
+use crate::model::Values;
+use crate::recording::Recording;
+use crate::rig::Rig;
+use model_core::real::Real;
+use std::ops::Range;
+
+pub use motion::Motion;
+
+/// A signal that a law predicts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// The signal's name in the rig file.
+    pub signal: &'static str,
+    /// The place in a verdict.
+    pub place: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+}
+
+/// A state that a recording begins with: one noisy sample at best, so that it
+/// is estimated with the parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InitialState {
+    /// What it is.
+    pub name: &'static str,
+    /// Best guess from the recording.
+    pub guess: f64,
+    /// How far it may be from the guess, one standard deviation.
+    pub standard_deviation: f64,
+    /// Least possible value.
+    pub lower: f64,
+    /// Which output is its measurement, if one is.
+    pub measured_by: Option<usize>,
+}
+
+/// What a law reports of each row.
+pub trait Sink<R> {
+    /// The predicted outputs and the states at a row. NaN marks an output that
+    /// is not predicted at this row.
+    fn row(&mut self, row: usize, outputs: &[R], states: &[R]);
+}
+
+impl<R, F: FnMut(usize, &[R], &[R])> Sink<R> for F {
+    fn row(&mut self, row: usize, outputs: &[R], states: &[R]) {
+        self(row, outputs, states);
+    }
+}
+
+/// The laws that can be driven by recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Law {
+    /// Pressures from position and command.
+    Chambers,
+    /// Force of a bench from motion and pressures.
+    Force,
+    /// Position of a free carriage from pressures.
+    Carriage,
+    /// Stem of a positioner from its command.
+    Actuator,
+}
+
+impl Law {
+    /// The laws that this rig describes and these signals drive.
+    pub fn of(rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<Self> {
+        let pressures = has("p_a") || has("p_b");
+        let chambers = rig.chambers.is_some()
+            && pressures
+            && (rig.vessel.is_some() || (rig.cylinder.is_some() && has("x")))
+            && (rig.valve.is_none() || has("u"));
+        let mechanics = rig.carriage.is_some() || rig.friction.is_some();
+        let force = mechanics && has("force") && has("x");
+        let carriage =
+            rig.carriage.is_some() && !has("force") && has("x") && has("p_a") && has("p_b");
+        let actuator = rig.actuator.is_some() && has("u") && has("x");
+        [
+            (chambers, Self::Chambers),
+            (force, Self::Force),
+            (carriage, Self::Carriage),
+            (actuator, Self::Actuator),
+        ]
+        .into_iter()
+        .filter_map(|(usable, law)| usable.then_some(law))
+        .collect()
+    }
+
+    /// What it is called in reports.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Chambers => "chambers",
+            Self::Force => "force balance",
+            Self::Carriage => "carriage",
+            Self::Actuator => "actuator",
+        }
+    }
+
+    /// The signals it predicts from this rig's recordings.
+    pub fn outputs(self, rig: &Rig) -> Vec<Output> {
+        match self {
+            Self::Chambers => chambers::outputs(rig),
+            Self::Force => vec![force::OUTPUT],
+            Self::Carriage => vec![carriage::OUTPUT],
+            Self::Actuator => vec![actuator::OUTPUT],
+        }
+    }
+
+    /// The states that a recording (or a window of it) begins with.
+    pub fn initial_states(self, rig: &Rig, recording: &Recording, row: usize) -> Vec<InitialState> {
+        match self {
+            Self::Chambers => chambers::initial_states(rig, recording, row),
+            Self::Force => Vec::new(),
+            Self::Carriage => carriage::initial_states(recording, row),
+            Self::Actuator => actuator::initial_states(recording, row),
+        }
+    }
+
+    /// Predicts the rows of a range from the states at its start.
+    pub fn predict<R: Real>(
+        self,
+        values: &Values<'_, R>,
+        track: &Track<'_>,
+        rows: Range<usize>,
+        initial: &[R],
+        sink: &mut impl Sink<R>,
+    ) {
+        match self {
+            Self::Chambers => chambers::predict(values, track, rows, initial, sink),
+            Self::Force => force::predict(values, track, rows, sink),
+            Self::Carriage => carriage::predict(values, track, rows, initial, sink),
+            Self::Actuator => actuator::predict(values, track, rows, initial, sink),
+        }
+    }
+
+    /// The window in which it is fitted, s; `None`: the whole recording at once.
+    ///
+    /// A carriage without a spring to hold it integrates every error of force
+    /// twice: over seconds its position says little of the law.
+    pub fn fit_window_s(self) -> Option<f64> {
+        match self {
+            Self::Carriage => Some(0.25),
+            _ => None,
+        }
+    }
+}
+
+/// A recording made ready to drive laws: with the motion that it implies.
+#[derive(Clone, Debug)]
+pub struct Track<'a> {
+    /// The recording.
+    pub recording: &'a Recording,
+    /// Smoothed position, velocity and acceleration.
+    pub motion: Option<Motion>,
+}
+
+impl<'a> Track<'a> {
+    /// Prepares a recording.
+    pub fn new(recording: &'a Recording) -> Self {
+        let motion = recording
+            .signal("x")
+            .map(|position| Motion::from_position(&recording.time_s, position));
+        Self { recording, motion }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.recording.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.recording.is_empty()
+    }
+
+    fn signal(&self, name: &str) -> Option<&'a [f64]> {
+        self.recording.signal(name)
+    }
+
+    /// Time from a row to the next, s.
+    fn dt_s(&self, row: usize) -> f64 {
+        self.recording.time_s[row + 1] - self.recording.time_s[row]
+    }
+}
+
+/// A recorded signal read `delay_s` later than its row says, linear between
+/// rows and level beyond the ends.
+fn delayed<R: Real>(time_s: &[f64], signal: &[f64], row: usize, delay_s: R) -> R {
+    let at = R::from_f64(time_s[row]) + delay_s;
+    let last = time_s.len() - 1;
+    let target = at.value();
+    if target <= time_s[0] {
+        return R::from_f64(signal[0]);
+    }
+    if target >= time_s[last] {
+        return R::from_f64(signal[last]);
+    }
+    let above = time_s
+        .partition_point(|&time| time <= target)
+        .clamp(1, last);
+    let (t0, t1) = (time_s[above - 1], time_s[above]);
+    let slope = (signal[above] - signal[above - 1]) / (t1 - t0);
+    R::from_f64(signal[above - 1]) + (at - R::from_f64(t0)) * R::from_f64(slope)
+}

@@ -1,0 +1,350 @@
+//! From a rig's numbers to the laws of `model-core`, in any scalar.
+//!
+//! The only place that knows which key of the rig file (or of an effect) feeds
+//! which parameter. Structure comes from the [`Rig`], numbers from [`Values`]:
+//! the rig's own, some of them replaced by those a fit is trying.
+
+use crate::rig::{ChamberModel, FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA};
+use model_core::axis::{CommandPath, Pneumatics};
+use model_core::carriage::Carriage;
+use model_core::chamber::{Chamber, ChamberGeometry, ThermalModel};
+use model_core::friction::{Bristle, FrictionLevels};
+use model_core::gas::Gas;
+use model_core::left_out::{
+    ChamberLeakage, FrictionTerms, SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
+};
+use model_core::paper;
+use model_core::real::Real;
+use model_core::valve::{AreaTable, FlowLaw, GasState, TableFault, Valve};
+
+/// Which chamber.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Side {
+    /// Chamber a, which +x enlarges.
+    A,
+    /// Chamber b.
+    B,
+}
+
+impl Side {
+    /// Both.
+    pub const BOTH: [Self; 2] = [Self::A, Self::B];
+
+    /// "a" or "b", as in keys and signals.
+    pub fn letter(self) -> char {
+        match self {
+            Self::A => 'a',
+            Self::B => 'b',
+        }
+    }
+
+    /// The pressure signal's name.
+    pub fn pressure_signal(self) -> &'static str {
+        match self {
+            Self::A => "p_a",
+            Self::B => "p_b",
+        }
+    }
+
+    /// The place in a verdict.
+    pub fn place(self) -> &'static str {
+        match self {
+            Self::A => "chamber-a",
+            Self::B => "chamber-b",
+        }
+    }
+}
+
+/// A rig's numbers, some replaced.
+#[derive(Clone, Copy, Debug)]
+pub struct Values<'a, R> {
+    /// Structure and numbers.
+    pub rig: &'a Rig,
+    /// Keys of the replaced numbers.
+    pub keys: &'a [String],
+    /// What they are replaced by, in the order of `keys`.
+    pub replaced: &'a [R],
+}
+
+impl<R: Real> Values<'_, R> {
+    /// The number at `section.key`, if the rig or a replacement has it.
+    pub fn get(&self, key: &str) -> Option<R> {
+        match self.keys.iter().position(|candidate| candidate == key) {
+            Some(index) => self.replaced.get(index).copied(),
+            None => self.rig.value(key).map(R::from_f64),
+        }
+    }
+
+    /// The same, or a default.
+    pub fn get_or(&self, key: &str, default: f64) -> R {
+        self.get(key).unwrap_or_else(|| R::from_f64(default))
+    }
+
+    /// An effect's parameter; `neutral` where the effect is not modelled.
+    pub fn effect(&self, effect: &str, parameter: &str, neutral: f64) -> R {
+        self.get_or(&format!("effects.{effect}.{parameter}"), neutral)
+    }
+
+    /// The gas; air where the rig says nothing.
+    pub fn gas(&self) -> Gas<R> {
+        Gas::new(
+            self.get_or("gas.gamma", 1.4),
+            self.get_or("gas.gas_constant_J_kgK", 287.0),
+        )
+    }
+
+    /// The surroundings; the standard atmosphere where the rig says nothing.
+    pub fn ambient(&self) -> GasState<R> {
+        GasState {
+            pressure_pa: self.get_or("environment.pressure_Pa", STANDARD_PRESSURE_PA),
+            temperature_k: self.get_or("environment.temperature_K", paper::AMBIENT_TEMPERATURE_K),
+        }
+    }
+
+    fn flow_law(&self) -> FlowLaw<R> {
+        FlowLaw {
+            critical_pressure_ratio: self.get_or(
+                "valve.critical_pressure_ratio",
+                paper::CRITICAL_PRESSURE_RATIO,
+            ),
+            laminar_pressure_ratio: self.get_or(
+                "valve.laminar_pressure_ratio",
+                paper::LAMINAR_PRESSURE_RATIO,
+            ),
+            flow_coefficient: self.gas().flow_coefficient,
+        }
+    }
+
+    /// The valve, where the rig has one.
+    pub fn valve(&self) -> Option<Result<Valve<R>, TableFault>> {
+        let valve = self.rig.valve.as_ref()?;
+        let table = |areas: &[f64], scale: &str| {
+            let mut table = AreaTable::new(&valve.opening_v, areas)?;
+            table.opening_stretch = self.get_or("valve.opening_V", 1.0);
+            table.area_scale = self.get_or(scale, 1.0);
+            Ok(table)
+        };
+        let build = || {
+            Ok(Valve {
+                null_v: self.get_or("valve.null_V", paper::NULL_V),
+                feeds_a_above_null: valve.feeds_a_when == FeedsAWhen::AboveNull,
+                law: self.flow_law(),
+                supply: table(&valve.supply_area_m2, "valve.supply_area_m2")?,
+                exhaust: table(&valve.exhaust_area_m2, "valve.exhaust_area_m2")?,
+            })
+        };
+        Some(build())
+    }
+
+    /// The path from command to spool, for steps of `dt_s`.
+    pub fn command_path(&self, dt_s: f64) -> CommandPath<R> {
+        let spool = SpoolDynamics {
+            natural_frequency_hz: self.effect("spool-dynamics", "natural_frequency_Hz", 0.0),
+            damping_ratio: self.effect("spool-dynamics", "damping_ratio", 0.7),
+        };
+        CommandPath::new(
+            self.valve_delay(),
+            self.hysteresis(),
+            self.slew_limit(),
+            &spool,
+            R::from_f64(dt_s),
+        )
+    }
+
+    /// Dead time of the command.
+    pub fn valve_delay(&self) -> ValveDelay<R> {
+        ValveDelay {
+            delay_s: self.effect("valve-delay", "delay_s", 0.0),
+        }
+    }
+
+    /// Play between command and spool or stem.
+    pub fn hysteresis(&self) -> ValveHysteresis<R> {
+        ValveHysteresis {
+            width: self.effect("valve-hysteresis", "width", 0.0),
+        }
+    }
+
+    /// The slew limit of valve or stem.
+    pub fn slew_limit(&self) -> SlewLimit<R> {
+        SlewLimit {
+            rising_per_s: self.effect("slew-limit", "rising_per_s", 0.0),
+            falling_per_s: self.effect("slew-limit", "falling_per_s", 0.0),
+        }
+    }
+
+    /// One chamber, where the rig says enough of its geometry.
+    pub fn chamber(&self, side: Side) -> Option<Chamber<R>> {
+        Some(Chamber {
+            gas: self.gas(),
+            geometry: self.geometry(side)?,
+            thermal: self.thermal_model(),
+            temperature_memory: self.side_effect("gas-temperature-dynamics", "memory", side),
+            heat_transfer_charging_w_per_m2_k: self
+                .get_or("chambers.heat_transfer_charging_W_m2K", 0.0),
+            heat_transfer_discharging_w_per_m2_k: self
+                .get_or("chambers.heat_transfer_discharging_W_m2K", 0.0),
+            wall_conductance_w_per_k: self.side_effect(
+                "gas-temperature-dynamics",
+                "conductance_{}_W_K",
+                side,
+            ),
+            wall_temperature_k: self.ambient().temperature_k,
+        })
+    }
+
+    /// An effect's parameter that each chamber has its own of: `name_a_unit` is
+    /// written with the side in the place of `{}`, or at the end.
+    fn side_effect(&self, effect: &str, parameter: &str, side: Side) -> R {
+        let letter = side.letter().to_string();
+        let name = if parameter.contains("{}") {
+            parameter.replace("{}", &letter)
+        } else {
+            format!("{parameter}_{letter}")
+        };
+        self.effect(effect, &name, 0.0)
+    }
+
+    fn geometry(&self, side: Side) -> Option<ChamberGeometry<R>> {
+        if let Some(vessel) = self.rig.vessel.as_ref() {
+            return (side == Side::A).then(|| vessel_geometry(vessel.volume_m3));
+        }
+        let cylinder = self.rig.cylinder.as_ref()?;
+        let stroke = self.get("cylinder.stroke_m")?;
+        let half = stroke * R::from_f64(0.5);
+        let letter = side.letter();
+        let (length_at_zero_m, length_per_position) = match (cylinder.position_zero?, side) {
+            (PositionZero::MidStroke, Side::A) => (half, R::ONE),
+            (PositionZero::MidStroke, Side::B) => (half, -R::ONE),
+            (PositionZero::EndA, Side::A) => (R::ZERO, R::ONE),
+            (PositionZero::EndA, Side::B) => (stroke, -R::ONE),
+        };
+        let area_m2 = self.get(&format!("cylinder.area_{letter}_m2"))?;
+        Some(ChamberGeometry {
+            area_m2,
+            dead_volume_m3: self.get(&format!("cylinder.dead_volume_{letter}_m3"))?
+                + self.side_effect("dead-volume", "volume_{}_m3", side),
+            length_at_zero_m,
+            length_per_position,
+            bore_m: self
+                .get("cylinder.bore_m")
+                .unwrap_or_else(|| bore_of(area_m2)),
+        })
+    }
+
+    fn thermal_model(&self) -> ThermalModel<R> {
+        let model = self.rig.chambers.as_ref().map(|chambers| chambers.model);
+        match model {
+            None | Some(ChamberModel::EnergyBalance) => ThermalModel::EnergyBalance,
+            Some(ChamberModel::PolytropicProcess) => ThermalModel::PolytropicProcess {
+                index: self.get_or("chambers.polytropic_index", 1.2),
+            },
+            Some(ChamberModel::Polytropic) => ThermalModel::Polytropic {
+                expansion_index: self.get_or("chambers.expansion_index", paper::EXPANSION_INDEX),
+                compression_index: self
+                    .get_or("chambers.compression_index", paper::COMPRESSION_INDEX),
+                // As printed in the paper; its drift at rest is explained in
+                // `model_core::chamber`.
+                reference_pressure_pa: self.get_or("supply.pressure_Pa", paper::SUPPLY_PRESSURE_PA),
+            },
+        }
+    }
+
+    /// The leak of one chamber.
+    pub fn leak(&self, side: Side) -> ChamberLeakage<R> {
+        ChamberLeakage {
+            laminar_kg_per_s_pa2: self.side_effect("chamber-leakage", "laminar_{}_kg_s_Pa2", side),
+            orifice_area_m2: self.side_effect("chamber-leakage", "orifice_{}_m2", side),
+        }
+    }
+
+    /// Both chambers with leaks and tubes. Where the rig describes one chamber
+    /// only, the other is its copy, of which nothing is recorded or reported.
+    pub fn pneumatics(&self) -> Option<Pneumatics<R>> {
+        Some(Pneumatics {
+            gas: self.gas(),
+            law: self.flow_law(),
+            ambient: self.ambient(),
+            chamber_a: self.chamber(Side::A).or_else(|| self.chamber(Side::B))?,
+            chamber_b: self.chamber(Side::B).or_else(|| self.chamber(Side::A))?,
+            leak_a: self.leak(Side::A),
+            leak_b: self.leak(Side::B),
+            tube: TubeLine {
+                length_m: self.effect("tube-line", "length_m", 0.0),
+                diameter_m: self.effect("tube-line", "diameter_m", 0.004),
+            },
+        })
+    }
+
+    /// The bristle; the paper's where the rig says nothing.
+    pub fn bristle(&self) -> Bristle<R> {
+        Bristle {
+            stiffness_n_per_m: self.get_or(
+                "friction.bristle_stiffness_N_m",
+                paper::BRISTLE_STIFFNESS_N_PER_M,
+            ),
+            damping_n_s_per_m: self.get_or("friction.bristle_damping_Ns_m", 0.0),
+            stribeck_velocity_m_per_s: self.get_or(
+                "friction.stribeck_velocity_m_s",
+                paper::STRIBECK_VELOCITY_M_PER_S,
+            ),
+        }
+    }
+
+    /// Declared friction levels; what is not declared is nought.
+    pub fn friction_levels(&self) -> FrictionLevels<R> {
+        let coulomb_n = self.get_or("friction.coulomb_N", 0.0);
+        FrictionLevels {
+            coulomb_n,
+            static_n: self.get("friction.static_N").unwrap_or(coulomb_n),
+            viscous_n_s_per_m: self.get_or("friction.viscous_Ns_m", 0.0),
+        }
+    }
+
+    /// Friction and load terms that the model leaves out.
+    pub fn friction_terms(&self) -> FrictionTerms<R> {
+        FrictionTerms {
+            coulomb_n: self.effect("coulomb-friction", "coulomb_N", 0.0),
+            stribeck_n: self.effect("stribeck-friction", "static_excess_N", 0.0),
+            viscous_n_s_per_m: self.effect("viscous-friction", "viscous_Ns_m", 0.0),
+            per_mean_pressure_n_per_pa: self.effect(
+                "pressure-dependent-friction",
+                "per_mean_pressure_N_Pa",
+                0.0,
+            ),
+            per_pressure_difference_n_per_pa: self.effect(
+                "pressure-dependent-friction",
+                "per_pressure_difference_N_Pa",
+                0.0,
+            ),
+            constant_force_n: self.effect("constant-force", "force_N", 0.0),
+        }
+    }
+
+    /// The carriage; areas and mass that the rig does not give are nought.
+    pub fn carriage(&self) -> Carriage<R> {
+        Carriage {
+            mass_kg: self.get_or("carriage.mass_kg", 0.0),
+            external_force_n: self.get_or("carriage.external_force_N", 0.0),
+            area_a_m2: self.get_or("cylinder.area_a_m2", 0.0),
+            area_b_m2: self.get_or("cylinder.area_b_m2", 0.0),
+            ambient_pressure_pa: self.ambient().pressure_pa,
+            bristle: self.bristle(),
+        }
+    }
+}
+
+fn vessel_geometry<R: Real>(volume_m3: f64) -> ChamberGeometry<R> {
+    ChamberGeometry {
+        area_m2: R::ZERO,
+        dead_volume_m3: R::from_f64(volume_m3),
+        length_at_zero_m: R::ZERO,
+        length_per_position: R::ZERO,
+        bore_m: R::ZERO,
+    }
+}
+
+/// The bore of a round piston.
+fn bore_of<R: Real>(area_m2: R) -> R {
+    (area_m2 * R::from_f64(4.0 / std::f64::consts::PI)).sqrt()
+}
