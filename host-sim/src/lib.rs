@@ -1,6 +1,8 @@
 //! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
 
+pub mod cli;
 pub mod fit;
+pub mod inspect;
 pub mod recording;
 pub mod report;
 pub mod rig;
