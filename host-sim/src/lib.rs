@@ -1,8 +1,10 @@
 //! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
 
+pub mod cli;
 pub mod fit;
 pub mod laws;
 pub mod model;
+pub mod inspect;
 pub mod recording;
 pub mod report;
 pub mod rig;

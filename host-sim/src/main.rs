@@ -1,3 +1,29 @@
-//! The `pneuma` program.
+//! The `pneuma` program: reads the command line, hands over to a command.
 
-fn main() {}
+use std::io;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use host_sim::cli::{self, inspect::InspectArguments};
+
+/// Servo-pneumatic axes: check recordings against a rig file.
+#[derive(Parser)]
+#[command(name = "pneuma", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Inspect(InspectArguments),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let mut out = io::stdout().lock();
+    let outcome = match &cli.command {
+        Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
+    };
+    ExitCode::from(cli::exit_status(outcome))
+}

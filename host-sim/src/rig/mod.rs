@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 
 pub use error::{RigError, UnknownKey};
 pub use keys::{ValveTable, numeric_keys};
-pub use read::EffectCheck;
+pub use read::{EffectCheck, signal_dimension};
 
 use crate::units::Unit;
 

@@ -33,7 +33,7 @@ const STATIC_OVER_COULOMB: f64 = 0.5;
 pub type EffectCheck<'a> = &'a dyn Fn(&str, &BTreeMap<String, f64>) -> Result<(), String>;
 
 /// The signals there are, and what each may measure.
-pub(super) const SIGNALS: &[(&str, &[Dimension])] = &[
+const SIGNALS: &[(&str, &[Dimension])] = &[
     ("t", &[Dimension::Time]),
     ("u", &[Dimension::Voltage, Dimension::Fraction]),
     ("p_a", &[Dimension::Pressure]),
@@ -52,6 +52,15 @@ pub(super) const SIGNALS: &[(&str, &[Dimension])] = &[
     ("temperature_b", &[Dimension::Temperature]),
     ("temperature_s", &[Dimension::Temperature]),
 ];
+
+/// What a signal measures after conversion and scaling, given what its column
+/// was recorded in; `None` for a signal that does not exist. A raw sensor
+/// voltage that the rig scales becomes what the signal measures.
+pub fn signal_dimension(name: &str, recorded: Option<Dimension>) -> Option<Dimension> {
+    let (_, dimensions) = SIGNALS.iter().find(|row| row.0 == name)?;
+    let own = recorded.filter(|recorded| dimensions.contains(recorded));
+    own.or_else(|| dimensions.first().copied())
+}
 
 const SIGNAL_KEYS: &[&str] = &["column", "unit", "noise", "resolution", "scale", "offset"];
 

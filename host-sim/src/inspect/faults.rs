@@ -1,0 +1,510 @@
+//! Channels that cannot be true.
+//!
+//! Each test names its evidence and asks for a wide margin over what chance, a
+//! quiet rig or a coarse sensor gives:
+//!
+//! * dead or frozen: one value for far longer than anywhere else in the
+//!   recording, *and* either another channel proves that the quantity moved, or
+//!   the declared noise would have moved it.
+//! * saturated: long runs at the very largest or smallest value, entered or
+//!   left at full slope, or where the declared noise would have moved it.
+//! * dropout: a leap and a leap back, both far beyond the signal's own steps.
+//! * at odds: the speed and the change of position disagree by a factor, or
+//!   the position covers more than the stroke.
+//!
+//! A command (`u`, `x_ref`) may hold, leap and saturate; only a command that
+//! never changes while the axis goes to and fro is a fault. A single leap
+//! without return (a collision, a step of load) is not judged here.
+
+use serde::Serialize;
+
+use super::statistics::{Run, as_float, median_step, ordinary_steps, quantile, runs};
+use super::{Excitation, SignalReport};
+use crate::recording::Recording;
+use crate::rig::Rig;
+
+/// Shortest frozen stretch when another channel proves motion, rows.
+const FROZEN_ROWS: usize = 30;
+/// It must exceed the next longest stretch by this factor.
+const FROZEN_FACTOR: usize = 5;
+/// Shortest frozen stretch on the evidence of the declared noise alone, rows.
+const QUIET_ROWS: usize = 100;
+/// It must exceed the next longest stretch by this factor: a rest of a rig with
+/// less noise than declared has several long stretches.
+const QUIET_FACTOR: usize = 15;
+/// Declared noise at least this share of the quantum moves a signal that rests.
+const DITHER_SHARE: f64 = 0.5;
+/// Chance, over the whole recording, of a stretch as long as the one found.
+const CHANCE: f64 = 1e-9;
+/// Share of another channel's span that proves motion.
+const MOVED_SHARE: f64 = 0.1;
+/// A leap is this many times the 99.9 % quantile of the signal's own steps ...
+const LEAP_STEPS: f64 = 6.0;
+/// ... and this many times its noise.
+const LEAP_NOISE: f64 = 20.0;
+/// Shortest run at a rail, rows, and rows in such runs altogether.
+const RAIL_RUN_ROWS: usize = 5;
+const RAIL_ROWS: usize = 20;
+const RAIL_LONGEST_ROWS: usize = 10;
+/// The longest run at a rail exceeds the longest elsewhere by this factor.
+const RAIL_FACTOR: usize = 4;
+/// Slope at the edge of a rail, in noise or quanta a row.
+const RAIL_SLOPE: f64 = 3.0;
+/// Edges at full slope that prove a rail.
+const RAIL_EDGES: usize = 2;
+/// Factor between speed and change of position that is no calibration error.
+const SPEED_FACTOR: f64 = 5.0;
+/// The position may cover this many strokes.
+const STROKE_FACTOR: f64 = 1.5;
+/// A command is dead if the axis reverses this often under it.
+const DEAD_COMMAND_REVERSALS: usize = 6;
+
+/// What kind of fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaultKind {
+    /// One value from the first row to the last.
+    Dead,
+    /// One value for a stretch in which it must have changed.
+    Frozen,
+    /// Cut off at the end of the sensor's range.
+    Saturated,
+    /// Leaps away and back.
+    Dropout,
+    /// At odds with another channel or with the rig.
+    Inconsistent,
+}
+
+/// A channel that cannot be true, where, and why.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fault {
+    /// The kind.
+    pub kind: FaultKind,
+    /// The signal.
+    pub signal: String,
+    /// First line of the file concerned.
+    pub first_line: u32,
+    /// Last line of the file concerned.
+    pub last_line: u32,
+    /// First instant, s.
+    pub from_s: f64,
+    /// Last instant, s.
+    pub to_s: f64,
+    /// The finding as a sentence, with lines and figures.
+    pub sentence: String,
+}
+
+pub(super) fn faults(
+    rig: &Rig,
+    recording: &Recording,
+    signals: &[SignalReport],
+    excitation: &Excitation,
+) -> Vec<Fault> {
+    let ordinary = ordinary_steps(&recording.time_s);
+    let mut faults = Vec::new();
+    for report in signals {
+        let Some(values) = recording.signal(&report.name) else {
+            continue;
+        };
+        let channel = Channel {
+            report,
+            values,
+            recording,
+            signals,
+            ordinary: &ordinary,
+            runs: runs(values),
+        };
+        faults.extend(channel.faults(excitation));
+    }
+    faults.extend(speed_fault(recording, signals));
+    faults.extend(stroke_fault(rig, recording, signals));
+    faults
+}
+
+/// One signal with all that it is judged by.
+struct Channel<'c> {
+    report: &'c SignalReport,
+    values: &'c [f64],
+    recording: &'c Recording,
+    signals: &'c [SignalReport],
+    ordinary: &'c [bool],
+    runs: Vec<Run>,
+}
+
+impl Channel<'_> {
+    fn faults(&self, excitation: &Excitation) -> Vec<Fault> {
+        if is_command(&self.report.name) {
+            return self.dead_command(excitation).into_iter().collect();
+        }
+        if let Some(fault) = self.dead() {
+            return vec![fault];
+        }
+        let dropouts = self.dropouts();
+        if !dropouts.is_empty() {
+            return dropouts;
+        }
+        match self.saturated() {
+            Some(fault) => vec![fault],
+            None => self.frozen().into_iter().collect(),
+        }
+    }
+
+    fn dead_command(&self, excitation: &Excitation) -> Option<Fault> {
+        let reversals = excitation.reversals.unwrap_or(0);
+        let dead = self.runs.len() == 1 && reversals >= DEAD_COMMAND_REVERSALS;
+        dead.then(|| {
+            let why = format!("while the axis reverses {reversals} times");
+            self.whole_fault(&why)
+        })
+    }
+
+    fn dead(&self) -> Option<Fault> {
+        let [run] = self.runs[..] else {
+            return None;
+        };
+        if run.length < FROZEN_ROWS {
+            return None;
+        }
+        let why = self.motion_elsewhere(run).or_else(|| self.must_dither())?;
+        Some(self.whole_fault(&why))
+    }
+
+    fn whole_fault(&self, why: &str) -> Fault {
+        let run = Run {
+            start: 0,
+            length: self.values.len(),
+        };
+        let said = format!("is dead: {} throughout {why}", self.shown(self.values[0]));
+        self.fault(FaultKind::Dead, run, &said)
+    }
+
+    fn frozen(&self) -> Option<Fault> {
+        let longest = *self.runs.iter().max_by_key(|run| run.length)?;
+        let next = self.longest_run(|run| run != longest);
+        if longest.length < FROZEN_ROWS || !self.beyond_chance(longest) {
+            return None;
+        }
+        let moved = (longest.length >= FROZEN_FACTOR * next)
+            .then(|| self.motion_elsewhere(longest))
+            .flatten();
+        let quiet = longest.length >= QUIET_ROWS && longest.length >= QUIET_FACTOR * next;
+        let why = moved.or_else(|| quiet.then(|| self.must_dither()).flatten())?;
+        let said = format!(
+            "is frozen at {} for {} rows {why}; elsewhere it holds for {next} rows at most",
+            self.shown(self.values[longest.start]),
+            longest.length,
+        );
+        Some(self.fault(FaultKind::Frozen, longest, &said))
+    }
+
+    fn longest_run(&self, wanted: impl Fn(Run) -> bool) -> usize {
+        let runs = self.runs.iter().filter(|run| wanted(**run));
+        runs.map(|run| run.length).max().unwrap_or(0)
+    }
+
+    /// Whether repeats as frequent as elsewhere in the recording could not
+    /// add up to this run.
+    fn beyond_chance(&self, run: Run) -> bool {
+        let rows = as_float(self.values.len());
+        let elsewhere = self.values.len() - run.length;
+        let repeats = elsewhere.saturating_sub(self.runs.len() - 1);
+        let chance = as_float(repeats) / as_float(elsewhere.max(1));
+        rows * chance.powf(as_float(run.length)) < CHANCE
+    }
+
+    /// Proof by another channel that this one must have changed in the run.
+    fn motion_elsewhere(&self, run: Run) -> Option<String> {
+        match self.report.name.as_str() {
+            "x" => self.speed_proves_motion(run),
+            "v" => self.position_contradicts(run),
+            "p_a" | "p_b" | "force" => self.moved("x", run),
+            _ => None,
+        }
+    }
+
+    fn moved(&self, other: &str, run: Run) -> Option<String> {
+        let report = self.signals.iter().find(|signal| signal.name == other)?;
+        let values = &self.recording.signal(other)?[run.start..run.end()];
+        let low = values.iter().copied().reduce(f64::min)?;
+        let high = values.iter().copied().reduce(f64::max)?;
+        let least = (MOVED_SHARE * (report.maximum - report.minimum)).max(floor(report));
+        (high - low > least)
+            .then(|| format!("while {other} moves by {:.3e} {}", high - low, report.unit))
+    }
+
+    fn speed_proves_motion(&self, run: Run) -> Option<String> {
+        let path = self.path_by_speed(run)?;
+        let least = 0.5 * MOVED_SHARE * (self.report.maximum - self.report.minimum);
+        let proven = path.abs() > least.max(floor(self.report)) && self.speed_is_alive(run);
+        proven.then(|| format!("while v adds up to {path:.3e} m"))
+    }
+
+    /// A path added up from mere noise or offset of the speed proves nothing.
+    fn speed_is_alive(&self, run: Run) -> bool {
+        let report = self.signals.iter().find(|signal| signal.name == "v");
+        let (Some(report), Some(speed)) = (report, self.recording.signal("v")) else {
+            return false;
+        };
+        let speed = &speed[run.start..run.end()];
+        let fastest = speed.iter().fold(0.0_f64, |most, one| most.max(one.abs()));
+        let overall = report.maximum.max(-report.minimum);
+        fastest > 10.0 * report.noise && fastest > 0.02 * overall
+    }
+
+    fn position_contradicts(&self, run: Run) -> Option<String> {
+        let report = self.signals.iter().find(|signal| signal.name == "x")?;
+        let position = self.recording.signal("x")?;
+        let moved = position[run.end() - 1] - position[run.start];
+        let path = self.path_by_speed(run)?;
+        let stretch = &position[run.start..run.end()];
+        let low = stretch.iter().copied().reduce(f64::min)?;
+        let high = stretch.iter().copied().reduce(f64::max)?;
+        let off = (moved - path).abs().max(high - low - path.abs());
+        let least = 0.5 * MOVED_SHARE * (report.maximum - report.minimum);
+        (off > least.max(floor(report)))
+            .then(|| format!("while x moves within {:.3e} m", high - low))
+    }
+
+    fn path_by_speed(&self, run: Run) -> Option<f64> {
+        let speed = &self.recording.signal("v")?[run.start..run.end()];
+        let time_s = &self.recording.time_s[run.start..run.end()];
+        Some(path(time_s, speed))
+    }
+
+    /// Proof by the declared noise.
+    fn must_dither(&self) -> Option<String> {
+        let noise = self.report.declared_noise?;
+        let quantum = match (self.report.declared_resolution, self.report.quantum) {
+            (Some(declared), Some(measured)) => declared.max(measured),
+            (Some(declared), None) => declared,
+            (None, Some(measured)) => measured,
+            // Constant throughout and no resolution declared: it may be coarse.
+            (None, None) => return None,
+        };
+        (noise >= DITHER_SHARE * quantum).then(|| {
+            format!(
+                "although its noise is {noise:.3e} {unit} and its quantum {quantum:.3e} {unit}",
+                unit = self.report.unit
+            )
+        })
+    }
+
+    fn saturated(&self) -> Option<Fault> {
+        // An end stop holds a position as a rail would.
+        if self.report.name == "x" {
+            return None;
+        }
+        [self.report.maximum, self.report.minimum]
+            .into_iter()
+            .find_map(|rail| self.saturated_at(rail))
+    }
+
+    #[expect(clippy::float_cmp, reason = "a rail repeats its bits")]
+    fn saturated_at(&self, rail: f64) -> Option<Fault> {
+        let at_rail = |run: Run| self.values[run.start] == rail;
+        let held: Vec<Run> = self
+            .runs
+            .iter()
+            .copied()
+            .filter(|run| at_rail(*run) && run.length >= RAIL_RUN_ROWS)
+            .collect();
+        let rows: usize = held.iter().map(|run| run.length).sum();
+        let longest = *held.iter().max_by_key(|run| run.length)?;
+        let elsewhere = self.longest_run(|run| !at_rail(run));
+        let long = longest.length >= RAIL_LONGEST_ROWS.max(RAIL_FACTOR * elsewhere);
+        if rows < RAIL_ROWS || !long || !self.beyond_chance(longest) {
+            return None;
+        }
+        let edges: usize = held.iter().map(|run| self.steep_edges(*run)).sum();
+        let quiet = longest.length >= QUIET_ROWS.max(QUIET_FACTOR * elsewhere);
+        if edges < RAIL_EDGES && !(quiet && self.must_dither().is_some()) {
+            return None;
+        }
+        let whole = Run {
+            start: held[0].start,
+            length: held[held.len() - 1].end() - held[0].start,
+        };
+        let said = format!(
+            "is saturated at {}: {rows} rows in {} stretches, the longest {} rows",
+            self.shown(rail),
+            held.len(),
+            longest.length,
+        );
+        Some(self.fault(FaultKind::Saturated, whole, &said))
+    }
+
+    /// How many of a run's two edges the signal reaches at full slope.
+    fn steep_edges(&self, run: Run) -> usize {
+        const ROWS: usize = 3;
+        let quantum = self.report.quantum.unwrap_or(0.0);
+        let steep = RAIL_SLOPE * self.report.noise.max(quantum) * as_float(ROWS);
+        let rail = self.values[run.start];
+        let before = run.start.checked_sub(ROWS);
+        let before = before.map(|place| (self.values[place] - rail).abs());
+        let after = self.values.get(run.end() - 1 + ROWS);
+        let after = after.map(|value| (value - rail).abs());
+        [before, after]
+            .into_iter()
+            .flatten()
+            .filter(|edge| *edge > steep)
+            .count()
+    }
+
+    fn dropouts(&self) -> Vec<Fault> {
+        if self.report.name == "a" {
+            return Vec::new();
+        }
+        let leaps = self.leaps();
+        let mut faults = Vec::new();
+        let mut place = 0;
+        while place + 1 < leaps.len() {
+            let (away, back) = (leaps[place], leaps[place + 1]);
+            let alike = (away.1 + back.1).abs() < 0.5 * away.1.abs().min(back.1.abs());
+            if !alike {
+                place += 1;
+                continue;
+            }
+            faults.push(self.dropout(away.0, back.0));
+            place += 2;
+        }
+        faults
+    }
+
+    /// The rows that the signal enters by a leap, with the leap.
+    fn leaps(&self) -> Vec<(usize, f64)> {
+        let steps = || {
+            self.values
+                .windows(2)
+                .zip(self.ordinary)
+                .enumerate()
+                .filter(|(_, (_, ordinary))| **ordinary)
+                .map(|(place, (pair, _))| (place + 1, pair[1] - pair[0]))
+        };
+        let mut sizes: Vec<f64> = steps().map(|(_, step)| step.abs()).collect();
+        let share = usual_share(sizes.len());
+        let usual = quantile(&mut sizes, share);
+        let quantum = self.report.quantum.unwrap_or(0.0);
+        let least = (LEAP_STEPS * usual)
+            .max(LEAP_NOISE * self.report.noise)
+            .max(LEAP_NOISE * quantum);
+        steps().filter(|(_, step)| step.abs() > least).collect()
+    }
+
+    fn dropout(&self, away: usize, back: usize) -> Fault {
+        let run = Run {
+            start: away,
+            length: back - away,
+        };
+        let said = format!(
+            "drops out for {} rows: from {} to {} and back to {}",
+            run.length,
+            self.shown(self.values[away - 1]),
+            self.shown(self.values[away]),
+            self.shown(self.values[back]),
+        );
+        self.fault(FaultKind::Dropout, run, &said)
+    }
+
+    fn shown(&self, value: f64) -> String {
+        format!("{value:.6} {}", self.report.unit)
+    }
+
+    fn fault(&self, kind: FaultKind, run: Run, said: &str) -> Fault {
+        fault(self.recording, &self.report.name, kind, run, said)
+    }
+}
+
+/// The share of a signal's steps that are taken as usual: all but one in a
+/// thousand, and in a short recording all but a few.
+fn usual_share(steps: usize) -> f64 {
+    let few = 1.0 - 8.0 / as_float(steps.max(1));
+    few.clamp(0.9, 0.999)
+}
+
+fn is_command(name: &str) -> bool {
+    matches!(name, "u" | "x_ref")
+}
+
+/// Below this a change of the signal is no motion.
+fn floor(report: &SignalReport) -> f64 {
+    20.0 * report.noise.max(report.quantum.unwrap_or(0.0))
+}
+
+/// The path of a speed, by the trapezoidal rule.
+fn path(time_s: &[f64], speed: &[f64]) -> f64 {
+    let steps = time_s.windows(2).zip(speed.windows(2));
+    steps
+        .map(|(time, speed)| 0.5 * (speed[0] + speed[1]) * (time[1] - time[0]))
+        .sum()
+}
+
+fn fault(recording: &Recording, signal: &str, kind: FaultKind, run: Run, said: &str) -> Fault {
+    let (first, last) = (run.start, run.end().max(run.start + 1) - 1);
+    let (first_line, last_line) = (recording.line[first], recording.line[last]);
+    let (from_s, to_s) = (recording.time_s[first], recording.time_s[last]);
+    Fault {
+        kind,
+        signal: signal.into(),
+        first_line,
+        last_line,
+        from_s,
+        to_s,
+        sentence: format!(
+            "lines {first_line} to {last_line} ({from_s:.3} to {to_s:.3} s): {signal} {said}."
+        ),
+    }
+}
+
+/// Compares changes of position with the path of the speed.
+fn speed_fault(recording: &Recording, signals: &[SignalReport]) -> Option<Fault> {
+    const ROWS: usize = 10;
+    /// Below this correlation the speed is simply noisy.
+    const CORRELATED: f64 = 0.8;
+    let report = signals.iter().find(|signal| signal.name == "x")?;
+    if report.maximum - report.minimum < floor(report) {
+        return None;
+    }
+    let (position, speed) = (recording.signal("x")?, recording.signal("v")?);
+    let longest_s = 1.5 * as_float(ROWS) * median_step(&recording.time_s);
+    let (mut moved_moved, mut moved_path, mut path_path) = (0.0, 0.0, 0.0);
+    for start in (0..recording.len().saturating_sub(ROWS)).step_by(ROWS) {
+        let time_s = &recording.time_s[start..=start + ROWS];
+        if time_s[ROWS] - time_s[0] > longest_s {
+            continue;
+        }
+        let moved = position[start + ROWS] - position[start];
+        let path = path(time_s, &speed[start..=start + ROWS]);
+        moved_moved += moved * moved;
+        moved_path += moved * path;
+        path_path += path * path;
+    }
+    let correlation = moved_path / (moved_moved * path_path).sqrt();
+    let factor = moved_path / moved_moved;
+    let fits = (1.0 / SPEED_FACTOR..=SPEED_FACTOR).contains(&factor);
+    (correlation.abs() > CORRELATED && !fits).then(|| {
+        let run = Run {
+            start: 0,
+            length: recording.len(),
+        };
+        let said = format!(
+            "is {factor:.3} times the change of x per second; the unit or the sign of one is wrong"
+        );
+        fault(recording, "v", FaultKind::Inconsistent, run, &said)
+    })
+}
+
+fn stroke_fault(rig: &Rig, recording: &Recording, signals: &[SignalReport]) -> Option<Fault> {
+    let stroke_m = rig.cylinder.as_ref()?.stroke_m?;
+    let report = signals.iter().find(|signal| signal.name == "x")?;
+    let span_m = report.maximum - report.minimum;
+    (span_m > STROKE_FACTOR * stroke_m).then(|| {
+        let run = Run {
+            start: 0,
+            length: recording.len(),
+        };
+        let said = format!(
+            "covers {span_m:.3} m but the stroke is {stroke_m} m; the unit or the stroke is wrong"
+        );
+        fault(recording, "x", FaultKind::Inconsistent, run, &said)
+    })
+}

@@ -1,0 +1,248 @@
+//! What a recording is worth before anything is fitted: its timing, each
+//! signal's noise and quantum against what the rig declares, the excitation,
+//! and the faults that forbid a diagnosis.
+//!
+//! A fault is a channel that cannot be true: dead, frozen while others prove
+//! motion, saturated, dropping out, or at odds with another channel's unit. The
+//! tests ask for much more evidence than chance or a quiet rig gives (see
+//! `faults.rs`): a false alarm here would throw away a good recording. Gaps and
+//! jitter are reported, they are no faults; a lag between channels is left to
+//! the diagnosis.
+
+mod display;
+mod excitation;
+mod faults;
+mod statistics;
+
+use serde::Serialize;
+
+pub use excitation::Excitation;
+pub use faults::{Fault, FaultKind};
+
+use crate::recording::Recording;
+use crate::rig::Rig;
+use statistics::{as_float, median_step, ordinary_steps, quantile, runs};
+
+/// A step longer than this many median steps is listed as a gap.
+const GAP_STEPS: f64 = 5.0;
+/// Gaps listed one by one; the rest is counted.
+const LISTED_GAPS: usize = 20;
+/// Measured noise further than this factor from the declared one is noted.
+const NOISE_FACTOR: f64 = 3.0;
+
+/// The findings on one recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Inspection {
+    /// The file.
+    pub recording: String,
+    /// Number of rows.
+    pub rows: usize,
+    /// The instants of the rows.
+    pub timing: Timing,
+    /// Each signal that the rig names, in alphabetical order.
+    pub signals: Vec<SignalReport>,
+    /// What the recording excites.
+    pub excitation: Excitation,
+    /// Columns of the file that the rig does not name.
+    pub unused_columns: Vec<String>,
+    /// Worth knowing, no obstacle.
+    pub notes: Vec<String>,
+    /// Obstacles: the verdict is `data-fault`.
+    pub faults: Vec<Fault>,
+}
+
+/// The instants of the rows.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Timing {
+    /// First instant, s.
+    pub first_s: f64,
+    /// Last instant, s.
+    pub last_s: f64,
+    /// Median step, s.
+    pub median_step_s: f64,
+    /// Rows per second, by the median step.
+    pub rate_hz: f64,
+    /// Robust standard deviation of the steps, s.
+    pub jitter_s: f64,
+    /// Shortest step, s.
+    pub shortest_step_s: f64,
+    /// Longest step, s.
+    pub longest_step_s: f64,
+    /// Number of gaps.
+    pub gap_count: usize,
+    /// The first gaps.
+    pub gaps: Vec<Gap>,
+}
+
+/// A step between two rows far longer than usual.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Gap {
+    /// Line of the last row before.
+    pub after_line: u32,
+    /// Its instant, s.
+    pub from_s: f64,
+    /// Length, s.
+    pub length_s: f64,
+}
+
+/// One signal in figures, SI.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SignalReport {
+    /// Its name in the rig.
+    pub name: String,
+    /// Unit of the figures.
+    pub unit: &'static str,
+    /// Smallest value.
+    pub minimum: f64,
+    /// Largest value.
+    pub maximum: f64,
+    /// Mean over the rows.
+    pub mean: f64,
+    /// Smallest common step, if there is one.
+    pub quantum: Option<f64>,
+    /// Standard deviation of the noise, quantisation included.
+    pub noise: f64,
+    /// False when the quantum hides the noise: the figure is then the
+    /// quantum's, or nothing at all.
+    pub noise_visible: bool,
+    /// What the rig declares.
+    pub declared_noise: Option<f64>,
+    /// What the rig declares.
+    pub declared_resolution: Option<f64>,
+    /// Share of rows that repeat the value of the row before.
+    pub repeated_share: f64,
+    /// Longest stretch of one value, rows.
+    pub longest_run_rows: usize,
+}
+
+/// Looks a recording over.
+pub fn inspect(rig: &Rig, recording: &Recording) -> Inspection {
+    let timing = timing(recording);
+    let signals: Vec<SignalReport> = recording
+        .signals
+        .iter()
+        .map(|(name, values)| signal_report(rig, recording, name, values))
+        .collect();
+    let excitation = excitation::excitation(rig, recording, &signals);
+    let faults = faults::faults(rig, recording, &signals, &excitation);
+    let notes = notes(recording, &signals);
+    Inspection {
+        recording: recording.name.clone(),
+        rows: recording.len(),
+        timing,
+        signals,
+        excitation,
+        unused_columns: recording.unused_columns.clone(),
+        notes,
+        faults,
+    }
+}
+
+impl Inspection {
+    /// The report on one signal.
+    pub fn signal(&self, name: &str) -> Option<&SignalReport> {
+        self.signals.iter().find(|signal| signal.name == name)
+    }
+}
+
+fn timing(recording: &Recording) -> Timing {
+    let time_s = &recording.time_s;
+    let (Some(first_s), Some(last_s)) = (time_s.first(), time_s.last()) else {
+        return Timing::default();
+    };
+    let median_step_s = median_step(time_s);
+    let steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mut deviations: Vec<f64> = steps
+        .iter()
+        .map(|step| (step - median_step_s).abs())
+        .collect();
+    let gaps = gaps(recording, &steps, GAP_STEPS * median_step_s);
+    Timing {
+        first_s: *first_s,
+        last_s: *last_s,
+        median_step_s,
+        rate_hz: if median_step_s > 0.0 {
+            1.0 / median_step_s
+        } else {
+            0.0
+        },
+        // 1.4826 makes the median absolute deviation a standard deviation.
+        jitter_s: 1.4826 * quantile(&mut deviations, 0.5),
+        shortest_step_s: steps.iter().copied().reduce(f64::min).unwrap_or(0.0),
+        longest_step_s: steps.iter().copied().reduce(f64::max).unwrap_or(0.0),
+        gap_count: gaps.len(),
+        gaps: gaps.into_iter().take(LISTED_GAPS).collect(),
+    }
+}
+
+fn gaps(recording: &Recording, steps: &[f64], longest_s: f64) -> Vec<Gap> {
+    steps
+        .iter()
+        .enumerate()
+        .filter(|(_, step)| **step > longest_s)
+        .map(|(place, step)| Gap {
+            after_line: recording.line[place],
+            from_s: recording.time_s[place],
+            length_s: *step,
+        })
+        .collect()
+}
+
+fn signal_report(rig: &Rig, recording: &Recording, name: &str, values: &[f64]) -> SignalReport {
+    /// Noise under this share of the quantum cannot be told from rounding,
+    /// which alone is `1 / sqrt(12) = 0.29` of it.
+    const VISIBLE_SHARE: f64 = 0.35;
+    let declared = rig.signals.get(name);
+    let quantum = statistics::quantum(values);
+    let noise = statistics::noise(values, &ordinary_steps(&recording.time_s));
+    let runs = runs(values);
+    let longest = runs.iter().map(|run| run.length).max().unwrap_or(0);
+    let rows = as_float(values.len().max(1));
+    SignalReport {
+        name: name.into(),
+        unit: si_unit(rig, name),
+        minimum: values.iter().copied().reduce(f64::min).unwrap_or(0.0),
+        maximum: values.iter().copied().reduce(f64::max).unwrap_or(0.0),
+        mean: values.iter().sum::<f64>() / rows,
+        quantum,
+        noise,
+        noise_visible: noise > quantum.unwrap_or(0.0) * VISIBLE_SHARE,
+        declared_noise: declared.and_then(|signal| signal.noise),
+        declared_resolution: declared.and_then(|signal| signal.resolution),
+        repeated_share: as_float(values.len() - runs.len()) / rows,
+        longest_run_rows: longest,
+    }
+}
+
+/// The unit of a signal after conversion. A raw sensor voltage with a scale is
+/// shown in the unit that the signal has.
+fn si_unit(rig: &Rig, name: &str) -> &'static str {
+    let recorded = rig.signals.get(name).map(|signal| signal.unit.dimension());
+    crate::rig::signal_dimension(name, recorded).map_or("?", |dimension| dimension.si_unit())
+}
+
+fn notes(recording: &Recording, signals: &[SignalReport]) -> Vec<String> {
+    let mut notes: Vec<String> = signals.iter().filter_map(noise_note).collect();
+    if recording.last_row_unterminated {
+        let line = recording.line.last().copied().unwrap_or(0);
+        notes.push(format!(
+            "line {line}: the last row has no line end; its last number may be cut"
+        ));
+    }
+    notes
+}
+
+fn noise_note(signal: &SignalReport) -> Option<String> {
+    let declared = signal.declared_noise?;
+    if !signal.noise_visible || signal.noise <= 0.0 {
+        return None;
+    }
+    let ratio = signal.noise / declared;
+    let off = !(1.0 / NOISE_FACTOR..=NOISE_FACTOR).contains(&ratio);
+    off.then(|| {
+        format!(
+            "{}: measured noise {:.3e} {} is {ratio:.2} times the declared {declared:.3e} (SI units in the rig?)",
+            signal.name, signal.noise, signal.unit
+        )
+    })
+}
