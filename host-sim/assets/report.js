@@ -13,11 +13,15 @@
  */
 (() => {
   const PRINT_WIDTH = 680; // CSS pixels that fit A4 and Letter upright
+  const PRINT_COLUMN = 324; // and side by side
+  const PRINT_HEIGHT = 0.78; // share of the screen's height
   const MARGIN_RIGHT = 14;
   const MARGIN_TOP = 8;
   const TICK_ROW = 22; // height below the last panel for tick labels
   const LABEL_ROW = 18; // and for the axis label
+  const LABEL_LINE = 15; // height of a row of interval labels above the plot
   const CHARACTER = 6.4; // average width of a tick label's character
+  const BOLD_CHARACTER = 7.3;
   const CLICK = 4; // pixels below which a drag is a click
   const FAR = 20000; // pixels; browsers draw garbage much further out
 
@@ -34,12 +38,13 @@
   function numberText(value, resolution) {
     if (!Number.isFinite(value)) return "–";
     const size = Math.max(Math.abs(value), resolution);
-    if (size >= 1e6 || size < 1e-4) {
+    const longest = size / resolution > 1e4 ? 1e12 : 1e6; // counts and clocks stay plain
+    if (value !== 0 && (size >= longest || size < 1e-4)) {
       const digits = clamp(Math.ceil(Math.log10(size / resolution) - 1e-9), 0, 6);
       const [mantissa, exponent] = value.toExponential(digits).split("e");
       return `${trueMinus(mantissa)}×10${superscript(Number(exponent))}`;
     }
-    const decimals = clamp(Math.ceil(-Math.log10(resolution) - 1e-9), 0, 10);
+    const decimals = size < 1e-4 ? 0 : clamp(Math.ceil(-Math.log10(resolution) - 1e-9), 0, 10);
     const text = value.toFixed(decimals);
     return Number(text) === 0 ? text.replace("-", "") : trueMinus(text);
   }
@@ -309,25 +314,33 @@
       const bars = this.series.some((one) => one.shape === "bars" && this.isShown(one));
       for (const level of this.levels) values.push(level.value);
       if (bars && !logarithmic) values.push(0);
-      const range = padded(rangeOf(values, logarithmic), 0.06, logarithmic);
-      return bars && !logarithmic && range[0] < 0 && Math.min(...values) >= 0 ? [0, range[1]] : range;
+      const exact = rangeOf(values, logarithmic);
+      const range = padded(exact, 0.06, logarithmic);
+      // Bars stand on the axis.
+      return bars && exact[0] === 0 ? [0, range[1]] : range;
     }
 
     /** Vertical scale and ticks, before the widths of the labels are known. */
-    prepare(view) {
-      const bottom = MARGIN_TOP + this.height;
+    prepare(view, heightShare) {
+      this.shownHeight = Math.round(this.height * heightShare);
+      const bottom = MARGIN_TOP + this.shownHeight;
       this.yScale = makeScale(this.y.logarithmic, this.yRange(view), bottom, MARGIN_TOP);
-      this.yTicks = this.yScale.ticks(Math.max(2, Math.round(this.height / 55)));
+      this.yTicks = this.yScale.ticks(Math.max(3, Math.round(this.shownHeight / 38)));
       return Math.max(...this.yTicks.map((tick) => tick.text.length), 3);
     }
 
     draw(width, left, x) {
-      const full = MARGIN_TOP + this.height + (this.isLast ? TICK_ROW + LABEL_ROW : 6);
-      this.svg.setAttribute("viewBox", `0 0 ${width} ${full}`);
+      const bottomEdge = MARGIN_TOP + this.shownHeight;
+      this.frame = { left, right: width - MARGIN_RIGHT, top: MARGIN_TOP, bottom: bottomEdge };
+      const labels = this.placeLabels(x);
+      // Labels of intervals stand above the plot, at negative y.
+      this.headroom = labels.length ? LABEL_LINE * (1 + Math.max(...labels.map((l) => l.row))) : 0;
+      const full = this.headroom + bottomEdge + (this.isLast ? TICK_ROW + LABEL_ROW : 6);
+      this.svg.setAttribute("viewBox", `0 ${-this.headroom} ${width} ${full}`);
       this.svg.replaceChildren();
-      this.frame = { left, right: width - MARGIN_RIGHT, top: MARGIN_TOP, bottom: MARGIN_TOP + this.height };
-      svg(this.svg, "rect", { class: "hit", width, height: full });
+      svg(this.svg, "rect", { class: "hit", y: -this.headroom, width, height: full });
       this.drawAxes(x);
+      this.drawLabels(labels);
       // A nested svg clips at its edges without needing an id.
       const { right, top, bottom } = this.frame;
       const size = { x: left, y: top, width: Math.max(right - left, 1), height: bottom - top };
@@ -354,7 +367,7 @@
         svg(this.svg, "path", { class: "grid", d: `M${left} ${y}H${right}` });
         svg(this.svg, "text", { class: "tick y", x: left - 7, y: y + 4 }, tick.text);
       }
-      const wanted = Math.max(2, Math.floor((right - left) / 90));
+      const wanted = Math.max(2, Math.floor((right - left) / (x.logarithmic ? 55 : 90)));
       for (const tick of x.ticks(wanted)) {
         const across = px(x.at(tick.value));
         svg(this.svg, "path", { class: "grid", d: `M${across} ${top}V${bottom}` });
@@ -367,24 +380,47 @@
     }
 
     drawIntervals(x) {
-      const { left, right, top, bottom } = this.frame;
-      const rows = []; // right ends of the labels already placed, row by row
-      for (const interval of this.intervals) {
-        const from = px(x.at(interval.from));
-        const to = px(x.at(interval.to));
-        if (!(to >= left && from <= right)) continue;
+      const { top, bottom } = this.frame;
+      for (const { from, to, label } of this.visibleIntervals(x)) {
         const group = svg(this.inner, "g", { class: "interval" });
         const shade = { x: from, y: top, width: Math.max(to - from, 1.5), height: bottom - top };
         svg(group, "rect", shade);
         svg(group, "path", { d: `M${from} ${top}V${bottom}M${to} ${top}V${bottom}` });
-        if (!interval.label) continue;
-        svg(group, "title", {}, interval.label);
-        const width = interval.label.length * CHARACTER;
-        const start = clamp(from + 5, left + 3, Math.max(right - width - 3, left + 3));
-        let row = rows.findIndex((end) => end < start);
-        if (row < 0) row = rows.length;
-        rows[row] = start + width + 8;
-        svg(group, "text", { x: start, y: top + 14 + row * 15 }, interval.label);
+        if (label) svg(group, "title", {}, label);
+      }
+    }
+
+    /** The intervals that reach into the view, in pixels. */
+    visibleIntervals(x) {
+      const { left, right } = this.frame;
+      return this.intervals
+        .map(({ from, to, label }) => ({ from: px(x.at(from)), to: px(x.at(to)), label }))
+        .filter(({ from, to }) => to >= left && from <= right);
+    }
+
+    /** Rows for the labels, the lowest first, so that none covers another. */
+    placeLabels(x) {
+      const { left, right } = this.frame;
+      const ends = []; // right end of the last label in each row
+      const placed = [];
+      const longest = Math.max(Math.floor((right - left) / BOLD_CHARACTER), 2);
+      for (const { from, label } of this.visibleIntervals(x)) {
+        if (!label) continue;
+        const text = label.length > longest ? `${label.slice(0, longest - 1)}…` : label;
+        const width = text.length * BOLD_CHARACTER;
+        const start = clamp(from, left, Math.max(right - width, left));
+        let row = ends.findIndex((end) => end < start);
+        if (row < 0) row = ends.length;
+        ends[row] = start + width + 8;
+        placed.push({ text, start, row });
+      }
+      return placed;
+    }
+
+    drawLabels(labels) {
+      for (const { text, start, row } of labels) {
+        const place = { class: "interval", x: start, y: MARGIN_TOP - 5 - row * LABEL_LINE };
+        svg(this.svg, "text", place, text);
       }
     }
 
@@ -459,7 +495,7 @@
       }
       if (!this.isLast) return;
       const text = `${x.text(pointer.value)} ${this.figure.x.unit}`.trim();
-      const half = (text.length * CHARACTER) / 2 + 6;
+      const half = (text.length * BOLD_CHARACTER) / 2 + 6;
       const middle = clamp(across, left + half, right - half);
       const box = { class: "flag", x: middle - half, y: bottom + 3, width: 2 * half, height: 19, rx: 3 };
       svg(this.overlay, "rect", box);
@@ -518,7 +554,9 @@
       this.plot.append(this.reset, this.hint);
       this.panels.forEach((panel) => this.listen(panel));
       this.plot.addEventListener("keydown", (event) => this.key(event));
-      new ResizeObserver(() => this.draw()).observe(this.plot);
+      new ResizeObserver(() => {
+        if (Math.round(this.plot.clientWidth) !== this.width) this.draw();
+      }).observe(this.plot);
     }
 
     wholeView() {
@@ -533,14 +571,31 @@
       return lines ? range : padded(range, 0.03, this.x.logarithmic);
     }
 
-    draw(printWidth) {
-      const width = printWidth ?? Math.round(this.plot.clientWidth);
+    draw(width = Math.round(this.plot.clientWidth), heightShare = 1) {
       if (width < 50) return; // inside a closed part of the page
-      const longest = Math.max(...this.panels.map((panel) => panel.prepare(this.view)));
+      this.width = width;
+      const longest = Math.max(...this.panels.map((panel) => panel.prepare(this.view, heightShare)));
       const left = Math.round(longest * CHARACTER + 16);
       this.scale = makeScale(this.x.logarithmic, this.view, left, width - MARGIN_RIGHT);
       this.panels.forEach((panel) => panel.draw(width, left, this.scale));
       this.reset.hidden = this.view === this.whole;
+      if (this.pointer) this.showCursor(this.pointer);
+    }
+
+    drawForPrint() {
+      const isColumn = this.plot.closest(".row")?.childElementCount > 1;
+      this.draw(isColumn ? PRINT_COLUMN : PRINT_WIDTH, PRINT_HEIGHT);
+    }
+
+    /** The pointer keeps its pixel when the scale below it changes. */
+    showCursor(pointer) {
+      this.pointer = { ...pointer, value: this.scale.value(pointer.across) };
+      this.panels.forEach((panel) => panel.showCursor(this.scale, this.pointer));
+    }
+
+    hideCursor() {
+      this.pointer = undefined;
+      this.panels.forEach((panel) => panel.hideCursor());
     }
 
     toggle(name) {
@@ -550,7 +605,8 @@
 
     zoom(view) {
       const [low, high] = view;
-      if (!(low < high)) return;
+      const smallest = 1e-9 * (Math.abs(low) + Math.abs(high)); // near what a number resolves
+      if (!(high - low > smallest)) return;
       this.view = view;
       if (view === this.whole) this.panels.forEach((panel) => { panel.box = undefined; });
       this.draw();
@@ -578,14 +634,14 @@
       const at = (event) => {
         const box = panel.svg.getBoundingClientRect();
         const across = event.clientX - box.left;
-        const down = event.clientY - box.top;
-        return { panel, across, down, value: this.scale.value(across) };
+        const down = event.clientY - box.top - panel.headroom;
+        return { panel, across, down };
       };
-      const hide = () => this.panels.forEach((one) => one.hideCursor());
+      const hide = () => this.hideCursor();
       let start = null;
       panel.svg.addEventListener("pointerdown", (event) => {
         if (event.button !== 0) return;
-        start = { ...at(event), view: this.view, scale: this.scale };
+        start = { ...at(event), scale: this.scale };
         panel.svg.setPointerCapture(event.pointerId);
       });
       panel.svg.addEventListener("pointermove", (event) => {
@@ -597,7 +653,7 @@
           this.zoom([start.scale.value(left + shift), start.scale.value(right + shift)]);
           return;
         }
-        this.panels.forEach((one) => one.showCursor(this.scale, here));
+        this.showCursor(here);
         if (start) this.selected(start, here).forEach((one) => one.showSelection(start, here, this.isBox));
       });
       panel.svg.addEventListener("pointerup", (event) => {
@@ -634,7 +690,7 @@
   window.addEventListener("beforeprint", () => {
     closed = [...document.querySelectorAll("details:not([open])")];
     closed.forEach((details) => { details.open = true; });
-    figures.forEach((figure) => figure.draw(PRINT_WIDTH));
+    figures.forEach((figure) => figure.drawForPrint());
   });
   window.addEventListener("afterprint", () => {
     closed.forEach((details) => { details.open = false; });

@@ -50,7 +50,8 @@ impl BarChart {
         self
     }
 
-    /// Significant digits of the printed values (three unless told).
+    /// Significant digits of the largest printed value (three unless told);
+    /// all others get as many decimals, so that they line up.
     pub fn digits(mut self, digits: usize) -> Self {
         self.digits = digits;
         self
@@ -175,11 +176,24 @@ impl BarChart {
     }
 
     fn value_text(&self, value: f64, error: Option<f64>) -> String {
-        let text = number::significant(value, self.digits);
+        let decimals = self.decimals();
+        let text = number::fixed(value, decimals);
         match error.filter(|error| error.is_finite() && value.is_finite()) {
-            Some(error) => format!("{text} ± {}", number::significant(error, 2)),
+            Some(error) => format!("{text} ± {}", number::fixed(error, decimals)),
             None => text,
         }
+    }
+
+    fn decimals(&self) -> usize {
+        let values = self.groups.iter().flat_map(|group| &group.values);
+        let largest = values
+            .map(|(value, _)| value.abs())
+            .filter(|value| value.is_finite() && *value > 0.0)
+            .fold(f64::NAN, f64::max);
+        // Casting what is not a number gives zero.
+        let magnitude = largest.log10().floor() as i64;
+        let digits = i64::try_from(self.digits).unwrap_or(i64::MAX);
+        usize::try_from(digits - 1 - magnitude).unwrap_or(0)
     }
 }
 

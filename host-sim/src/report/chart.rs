@@ -69,7 +69,8 @@ pub struct Series {
 }
 
 impl Series {
-    /// A line through points (x, y). What is not finite becomes a gap.
+    /// A line through points (x, y). A y that is not finite makes a gap; a
+    /// point without a place, its x not finite, is left out.
     pub fn new(
         name: impl Into<String>,
         role: Role,
@@ -80,7 +81,10 @@ impl Series {
             role,
             shape: Shape::Line,
             dashed: false,
-            points: points.into_iter().collect(),
+            points: points
+                .into_iter()
+                .filter(|point| point.0.is_finite())
+                .collect(),
         }
     }
 
@@ -276,7 +280,10 @@ impl Chart {
         self.bands.push(Band {
             name: name.into(),
             role,
-            points: points.into_iter().collect(),
+            points: points
+                .into_iter()
+                .filter(|point| point.0.is_finite())
+                .collect(),
         });
         self
     }
@@ -377,10 +384,9 @@ impl ChartStack {
     }
 
     pub(super) fn to_html(&self) -> String {
-        let spoken: Vec<String> = self.panels.iter().map(Chart::spoken).collect();
         let mut html = format!(
             "<figure class=\"chart\" aria-label=\"{}\">\n",
-            escape::html(&spoken.join(" "))
+            escape::html(&self.title)
         );
         if !self.title.is_empty() {
             let title = escape::prose(&self.title);
@@ -589,7 +595,7 @@ mod tests {
             .y_range(1.0, f64::NAN);
         let data = data(chart);
         let panel = &data["panels"][0];
-        assert_eq!(panel["series"][1]["y"], serde_json::json!([1, null]));
+        assert_eq!(panel["series"][1]["y"], serde_json::json!([null]));
         assert_eq!(panel["intervals"], serde_json::json!([]));
         assert_eq!(panel["levels"], serde_json::json!([]));
         assert!(panel["y_range"].is_null());

@@ -218,23 +218,23 @@ impl Section {
     }
 
     /// A paragraph.
-    pub fn text(&mut self, text: &str) {
+    pub fn text(&mut self, text: impl AsRef<str>) {
         self.body
-            .push_str(&format!("<p>{}</p>\n", escape::prose(text)));
+            .push_str(&format!("<p>{}</p>\n", escape::prose(text.as_ref())));
     }
 
     /// A paragraph that stands out: a caveat, a recommendation.
-    pub fn callout(&mut self, text: &str) {
+    pub fn callout(&mut self, text: impl AsRef<str>) {
         self.body.push_str(&format!(
             "<p class=\"callout\">{}</p>\n",
-            escape::prose(text)
+            escape::prose(text.as_ref())
         ));
     }
 
     /// A heading within the section.
-    pub fn subheading(&mut self, text: &str) {
+    pub fn subheading(&mut self, text: impl AsRef<str>) {
         self.body
-            .push_str(&format!("<h3>{}</h3>\n", escape::prose(text)));
+            .push_str(&format!("<h3>{}</h3>\n", escape::prose(text.as_ref())));
     }
 
     /// A bulleted list.
@@ -253,9 +253,9 @@ impl Section {
     }
 
     /// Text as it stands, in fixed-width type: commands, expressions, files.
-    pub fn code(&mut self, text: &str) {
+    pub fn code(&mut self, text: impl AsRef<str>) {
         self.body
-            .push_str(&format!("<pre>{}</pre>\n", escape::html(text)));
+            .push_str(&format!("<pre>{}</pre>\n", escape::html(text.as_ref())));
     }
 
     /// A chart, or charts that share the x axis.
@@ -287,10 +287,10 @@ impl Section {
     }
 
     /// A part that is closed until the reader opens it; in print it is open.
-    pub fn details(&mut self, summary: &str, fill: impl FnOnce(&mut Section)) {
+    pub fn details(&mut self, summary: impl AsRef<str>, fill: impl FnOnce(&mut Section)) {
         let mut inside = Section::new(String::new(), String::new());
         fill(&mut inside);
-        let summary = escape::prose(summary);
+        let summary = escape::prose(summary.as_ref());
         self.body.push_str(&format!(
             "<details>\n<summary>{summary}</summary>\n{}</details>\n",
             inside.body
