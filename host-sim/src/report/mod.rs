@@ -28,12 +28,12 @@
 //! # Why an own renderer
 //!
 //! The `plotly` crate (0.14.1) was the candidate. Its embedded script alone
-//! puts 4.65 MB into every page; it takes colours as literals only, so light,
-//! dark and print would each need a scripted restyling of every chart; and a
-//! chart keeps its screen width in print. What these reports need is smaller:
-//! `assets/report.js` draws SVG whose colours are CSS variables, so that the
-//! style sheet alone decides about light, dark and paper. Bar charts and
-//! matrices are plain HTML tables styled as charts and need no script.
+//! puts 4.65 MB into every page, and its colours are set chart by chart in
+//! script, so that light, dark and paper would each need a restyling of every
+//! chart. What these reports need is smaller: `assets/report.js` draws SVG
+//! whose colours are CSS variables, so that the style sheet alone decides about
+//! light, dark and paper. Bar charts and matrices are plain HTML tables styled
+//! as charts and need no script.
 //!
 //! # What keeps a page harmless
 //!
