@@ -2,9 +2,9 @@
 
 pub mod cli;
 pub mod fit;
+pub mod inspect;
 pub mod laws;
 pub mod model;
-pub mod inspect;
 pub mod recording;
 pub mod report;
 pub mod rig;

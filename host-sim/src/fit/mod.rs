@@ -1,9 +1,11 @@
 //! Fitting parameters to data.
 //!
 //! - [`normal_equations`]: what a problem adds its rows to
+//! - [`law_problem`]: a law driven by recordings as such a problem
 //! - [`levenberg_marquardt`]: bounded least squares with priors
 //! - [`uncertainty`]: what the data say about the parameters, and what they leave open
 
+pub mod law_problem;
 pub mod levenberg_marquardt;
 pub mod normal_equations;
 pub mod uncertainty;

@@ -1,0 +1,361 @@
+//! A law and recordings as a least-squares problem, with exact derivatives.
+//!
+//! Parameters are either shared by all recordings (a dead volume) or belong to
+//! one recording (its initial states, the time skew of its logger). The laws
+//! are run with dual numbers over the shared ones and those of the recording at
+//! hand, so the cost of derivatives does not grow with the number of recordings.
+
+use super::{LeastSquares, NormalEquations, Parameter, ResidualSums};
+use crate::laws::{Law, Track};
+use crate::model::Values;
+use crate::rig::Rig;
+use model_core::real::{Dual, Real};
+use std::ops::Range;
+
+/// The most parameters that act on one recording at a time.
+pub const MOST_ACTIVE: usize = 32;
+
+/// Whether a parameter is one number or one per recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// One for all recordings.
+    Shared,
+    /// One for each.
+    PerRecording,
+}
+
+/// A parameter left free in a fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeParameter {
+    /// `section.key` or `effects.NAME.key`.
+    pub key: String,
+    /// Shared or per recording.
+    pub scope: Scope,
+    /// Start, bounds, prior.
+    pub parameter: Parameter,
+}
+
+/// Rows that belong together when data are left out: recordings, or contiguous
+/// parts of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Folds {
+    /// For each recording the first row of each of its folds and the fold's number.
+    starts: Vec<Vec<(usize, usize)>>,
+    /// Number of folds.
+    pub count: usize,
+}
+
+impl Folds {
+    /// One fold per recording where there are at least three, else each
+    /// recording in equal contiguous parts, six in all.
+    pub fn of(lengths: &[usize]) -> Self {
+        let parts = match lengths.len() {
+            0..=1 => 6,
+            2 => 3,
+            _ => 1,
+        };
+        let mut count = 0;
+        let mut starts = Vec::with_capacity(lengths.len());
+        for &length in lengths {
+            let first = count;
+            count += parts;
+            starts.push(
+                (0..parts)
+                    .map(|part| (length * part / parts, first + part))
+                    .collect(),
+            );
+        }
+        Self { starts, count }
+    }
+
+    /// The fold of a row.
+    pub fn fold(&self, recording: usize, row: usize) -> usize {
+        let starts = &self.starts[recording];
+        let after = starts.partition_point(|&(start, _)| start <= row);
+        starts[after.max(1) - 1].1
+    }
+}
+
+/// Predictions of one recording, one column per output; NaN where a row is not
+/// predicted.
+pub type Columns = Vec<Vec<f64>>;
+
+/// The problem.
+pub struct LawProblem<'a> {
+    /// The law.
+    pub law: Law,
+    /// Structure and numbers; switches of effects are set in it.
+    pub rig: &'a Rig,
+    /// The recordings.
+    pub tracks: &'a [Track<'a>],
+    /// What is free.
+    pub free: &'a [FreeParameter],
+    /// Size of a residual per output: it is divided by this.
+    pub sigma: &'a [f64],
+    /// A fold whose rows are not counted.
+    pub left_out: Option<(&'a Folds, usize)>,
+}
+
+impl LawProblem<'_> {
+    /// Whether the initial states are fitted (else taken from the recording, at
+    /// the start of each window).
+    fn fits_initial_states(&self) -> bool {
+        self.law.fit_window_s().is_none()
+    }
+
+    fn scoped(&self, scope: Scope) -> impl Iterator<Item = &FreeParameter> {
+        self.free.iter().filter(move |free| free.scope == scope)
+    }
+
+    /// All parameters: the shared ones, then for each recording its own and its
+    /// initial states.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let mut all: Vec<Parameter> = self
+            .scoped(Scope::Shared)
+            .map(|free| free.parameter)
+            .collect();
+        for track in self.tracks {
+            all.extend(self.scoped(Scope::PerRecording).map(|free| free.parameter));
+            all.extend(self.initial_parameters(track));
+        }
+        all
+    }
+
+    /// Name of each of [`Self::parameters`].
+    pub fn names(&self) -> Vec<String> {
+        let mut all: Vec<String> = self
+            .scoped(Scope::Shared)
+            .map(|free| free.key.clone())
+            .collect();
+        for track in self.tracks {
+            let recording = &track.recording.name;
+            let own = self.scoped(Scope::PerRecording);
+            all.extend(own.map(|free| format!("{} of {recording}", free.key)));
+            if self.fits_initial_states() {
+                let states = self.law.initial_states(self.rig, track.recording, 0);
+                let name = |state: &crate::laws::InitialState| {
+                    format!("{} at the start of {recording}", state.name)
+                };
+                all.extend(states.iter().map(name));
+            }
+        }
+        all
+    }
+
+    fn initial_parameters(&self, track: &Track<'_>) -> Vec<Parameter> {
+        if !self.fits_initial_states() {
+            return Vec::new();
+        }
+        self.law
+            .initial_states(self.rig, track.recording, 0)
+            .iter()
+            .map(|state| {
+                Parameter::new(state.guess)
+                    .bounded(state.lower, f64::INFINITY)
+                    .with_prior(state.guess, state.standard_deviation)
+                    .with_scale(state.standard_deviation)
+            })
+            .collect()
+    }
+
+    /// Indices into the parameter vector that act on a recording.
+    pub fn active(&self, recording: usize) -> Vec<usize> {
+        let shared = self.scoped(Scope::Shared).count();
+        let before: usize = self.tracks[..recording]
+            .iter()
+            .map(|track| self.own_count(track))
+            .sum();
+        let own = self.own_count(&self.tracks[recording]);
+        (0..shared)
+            .chain(shared + before..shared + before + own)
+            .collect()
+    }
+
+    fn own_count(&self, track: &Track<'_>) -> usize {
+        self.scoped(Scope::PerRecording).count() + self.initial_parameters(track).len()
+    }
+
+    /// Keys of the active parameters, without the initial states.
+    fn keys(&self) -> Vec<String> {
+        self.scoped(Scope::Shared)
+            .chain(self.scoped(Scope::PerRecording))
+            .map(|free| free.key.clone())
+            .collect()
+    }
+
+    /// Predicts one recording with parameters as scalars of any kind.
+    fn run<R: Real>(
+        &self,
+        recording: usize,
+        active: &[R],
+        sink: &mut impl FnMut(usize, &[R], &[R]),
+    ) {
+        let keys = self.keys();
+        let (own, initial) = active.split_at(keys.len());
+        let values = Values {
+            rig: self.rig,
+            keys: &keys,
+            replaced: own,
+        };
+        let track = &self.tracks[recording];
+        let Some(window_s) = self.law.fit_window_s() else {
+            self.law
+                .predict(&values, track, 0..track.len(), initial, sink);
+            return;
+        };
+        for rows in windows(&track.recording.time_s, window_s) {
+            let start: Vec<R> = self
+                .law
+                .initial_states(self.rig, track.recording, rows.start)
+                .iter()
+                .map(|state| R::from_f64(state.guess))
+                .collect();
+            self.law.predict(&values, track, rows, &start, sink);
+        }
+    }
+
+    /// Predicted outputs and states of every recording.
+    pub fn predict(&self, values: &[f64]) -> Vec<(Columns, Columns)> {
+        (0..self.tracks.len())
+            .map(|recording| self.predict_one(recording, values))
+            .collect()
+    }
+
+    fn predict_one(&self, recording: usize, values: &[f64]) -> (Columns, Columns) {
+        let rows = self.tracks[recording].len();
+        let outputs = self.law.outputs(self.rig).len();
+        let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+        let mut predicted = vec![vec![f64::NAN; rows]; outputs];
+        let mut states: Columns = Vec::new();
+        let mut store = |row: usize, out: &[f64], state: &[f64]| {
+            for (column, &value) in predicted.iter_mut().zip(out) {
+                column[row] = value;
+            }
+            states.resize(state.len(), vec![f64::NAN; rows]);
+            for (column, &value) in states.iter_mut().zip(state) {
+                column[row] = value;
+            }
+        };
+        self.run(recording, &active, &mut store);
+        (predicted, states)
+    }
+
+    /// Rows that count: not left out.
+    fn counts(&self, recording: usize, row: usize) -> bool {
+        self.left_out
+            .is_none_or(|(folds, fold)| folds.fold(recording, row) != fold)
+    }
+
+    /// What was recorded of the outputs.
+    pub fn recorded(&self, recording: usize) -> Vec<&[f64]> {
+        let signals = self.tracks[recording].recording;
+        self.law
+            .outputs(self.rig)
+            .iter()
+            .map(|output| signals.signal(output.signal).unwrap_or(&[]))
+            .collect()
+    }
+
+    fn accumulate_dual<const N: usize>(
+        &self,
+        recording: usize,
+        active: &[usize],
+        values: &[f64],
+        equations: &mut NormalEquations,
+    ) {
+        let duals: Vec<Dual<N>> = active
+            .iter()
+            .enumerate()
+            .map(|(slot, &index)| Dual::parameter(values[index], slot))
+            .collect();
+        let recorded = self.recorded(recording);
+        let mut gradient = vec![0.0; values.len()];
+        let mut add = |row: usize, outputs: &[Dual<N>], _: &[Dual<N>]| {
+            if !self.counts(recording, row) {
+                return;
+            }
+            for ((output, column), sigma) in outputs.iter().zip(&recorded).zip(self.sigma) {
+                for (&index, derivative) in active.iter().zip(output.gradient) {
+                    gradient[index] = derivative / sigma;
+                }
+                equations.add_row((output.value - column[row]) / sigma, &gradient);
+            }
+        };
+        self.run(recording, &duals, &mut add);
+    }
+}
+
+impl LeastSquares for LawProblem<'_> {
+    fn accumulate(&mut self, values: &[f64], equations: &mut NormalEquations) {
+        for recording in 0..self.tracks.len() {
+            let active = self.active(recording);
+            match active.len() {
+                0..=4 => self.accumulate_dual::<4>(recording, &active, values, equations),
+                5..=8 => self.accumulate_dual::<8>(recording, &active, values, equations),
+                9..=12 => self.accumulate_dual::<12>(recording, &active, values, equations),
+                13..=16 => self.accumulate_dual::<16>(recording, &active, values, equations),
+                17..=24 => self.accumulate_dual::<24>(recording, &active, values, equations),
+                25..=MOST_ACTIVE => {
+                    self.accumulate_dual::<MOST_ACTIVE>(recording, &active, values, equations);
+                }
+                _ => equations.mark_invalid(),
+            }
+        }
+    }
+
+    fn accumulate_cost(&mut self, values: &[f64], sums: &mut ResidualSums) {
+        for recording in 0..self.tracks.len() {
+            let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+            let recorded = self.recorded(recording);
+            let mut add = |row: usize, outputs: &[f64], _: &[f64]| {
+                if !self.counts(recording, row) {
+                    return;
+                }
+                for ((output, column), sigma) in outputs.iter().zip(&recorded).zip(self.sigma) {
+                    sums.add((output - column[row]) / sigma);
+                }
+            };
+            self.run(recording, &active, &mut add);
+        }
+    }
+}
+
+/// Contiguous windows of about this length; a rest shorter than half a window
+/// is left out.
+pub fn windows(time_s: &[f64], window_s: f64) -> Vec<Range<usize>> {
+    let mut all = Vec::new();
+    let mut start = 0;
+    while start < time_s.len() {
+        let end = time_s.partition_point(|&time| time < time_s[start] + window_s);
+        let whole = end < time_s.len() || time_s[end - 1] - time_s[start] > 0.5 * window_s;
+        if whole && end > start + 1 {
+            all.push(start..end);
+        }
+        start = end.max(start + 1);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_folds_are_recordings_or_contiguous_parts() {
+        let single = Folds::of(&[60]);
+        assert_eq!(single.count, 6);
+        assert_eq!(single.fold(0, 0), 0);
+        assert_eq!(single.fold(0, 59), 5);
+        let many = Folds::of(&[10, 20, 30]);
+        assert_eq!((many.count, many.fold(2, 29)), (3, 2));
+    }
+
+    #[test]
+    fn prop_windows_cover_without_overlap() {
+        let time: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-3).collect();
+        let all = windows(&time, 0.25);
+        assert_eq!(all.len(), 4);
+        assert!(all.windows(2).all(|pair| pair[0].end == pair[1].start));
+        assert_eq!(all[0].len(), 250);
+    }
+}
