@@ -278,11 +278,13 @@ impl<R: Real> Values<'_, R> {
 
     /// The bristle; the paper's where the rig says nothing.
     pub fn bristle(&self) -> Bristle<R> {
+        let declared = self.get_or(
+            "friction.bristle_stiffness_N_m",
+            paper::BRISTLE_STIFFNESS_N_PER_M,
+        );
+        let key = "effects.coulomb-friction.bristle_stiffness_N_m";
         Bristle {
-            stiffness_n_per_m: self.get_or(
-                "friction.bristle_stiffness_N_m",
-                paper::BRISTLE_STIFFNESS_N_PER_M,
-            ),
+            stiffness_n_per_m: self.get(key).unwrap_or(declared),
             damping_n_s_per_m: self.get_or("friction.bristle_damping_Ns_m", 0.0),
             stribeck_velocity_m_per_s: self.get_or(
                 "friction.stribeck_velocity_m_s",

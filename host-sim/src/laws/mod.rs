@@ -19,6 +19,7 @@ use model_core::real::Real;
 use std::ops::Range;
 
 pub use motion::Motion;
+pub(crate) use motion::{median_step_s, white_noise};
 
 /// A signal that a law predicts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
