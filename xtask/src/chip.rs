@@ -107,22 +107,27 @@ pub fn debian_install_line() -> String {
     )
 }
 
-/// Find Debian's packages or install them; says which.
-pub fn prepare_debian() -> Option<CoreForChip> {
-    if let Some(found) = find_debian() {
-        println!("setup: Debian's {}: found", DEBIAN_PACKAGES.join(", "));
-        return Some(found);
+/// Debian's packages, if all are installed and the compiler is new enough.
+pub fn find_debian() -> Option<CoreForChip> {
+    listed_file("rust-web-src", "/library/core/src/lib.rs")?;
+    let cargo = listed_file("cargo-web", "/usr/bin/cargo")?;
+    let rustc = listed_file("rustc-web", "/usr/bin/rustc")?;
+    let version = shell::output_of(command(&rustc, &["--version"]).env_remove("LD_LIBRARY_PATH"))?;
+    if is_new_enough(&version, env!("CARGO_PKG_RUST_VERSION")) {
+        return Some(CoreForChip::Debian { cargo, rustc });
     }
-    install_debian();
-    find_debian()
+    println!("setup: Debian's {version} is older than the workspace asks for");
+    None
 }
 
-fn find_debian() -> Option<CoreForChip> {
-    let has_sources = listed_file("rust-web-src", "/library/core/src/lib.rs").is_some();
-    has_sources.then_some(CoreForChip::Debian {
-        cargo: listed_file("cargo-web", "/usr/bin/cargo")?,
-        rustc: listed_file("rustc-web", "/usr/bin/rustc")?,
-    })
+/// Compare `rustc 1.96.0 (…)` with `1.95`.
+fn is_new_enough(version: &str, least: &str) -> bool {
+    let number = |text: &str| {
+        let mut parts = text.split('.').map(|part| part.parse::<u32>().ok());
+        Some((parts.next()??, parts.next()??))
+    };
+    let found = version.split_whitespace().nth(1).and_then(number);
+    found.is_some() && found >= number(least)
 }
 
 /// The file of an installed package whose path ends so.
@@ -138,8 +143,10 @@ fn first_ending(listing: &str, ending: &str) -> Option<PathBuf> {
         .map(PathBuf::from)
 }
 
+/// Install Debian's packages, as root or with a sudo that asks nothing.
+///
 /// `--no-remove`: these packages exclude others of Debian, which are not ours to remove.
-fn install_debian() {
+pub fn install_debian() -> Option<CoreForChip> {
     let is_root = shell::output_of(&mut command("id", &["-u"])).as_deref() == Some("0");
     let apt = |arguments: &[&str]| {
         let mut words = vec![
@@ -168,6 +175,7 @@ fn install_debian() {
     if !apt(&install) && apt(&["update"]) {
         apt(&install);
     }
+    find_debian()
 }
 
 /// Never asks for a password: a task in CI would wait for ever.
@@ -189,6 +197,15 @@ mod tests {
             Some("/usr/bin/cargo".into())
         );
         assert_eq!(first_ending(listing, "/usr/bin/rustc"), None);
+    }
+
+    #[test]
+    fn versions_are_compared_as_numbers() {
+        assert!(is_new_enough("rustc 1.96.0 (ac68faa20 2026-05-25)", "1.95"));
+        assert!(is_new_enough("rustc 1.95.0", "1.95"));
+        assert!(is_new_enough("rustc 1.100.1", "1.95"));
+        assert!(!is_new_enough("rustc 1.85.0", "1.95"));
+        assert!(!is_new_enough("no version", "1.95"));
     }
 
     #[test]

@@ -59,11 +59,16 @@ fn prepare_component(component: &str, probe: &str) -> Option<String> {
     })
 }
 
+/// What is there comes first: asking rustup without a network can take long.
 fn prepare_core() -> Option<CoreForChip> {
     if !chip::is_fallback_forced() {
         if chip::toolchain_has_core() {
             println!("setup: core for {TARGET}: found");
             return Some(CoreForChip::Toolchain);
+        }
+        if let Some(debian) = chip::find_debian() {
+            println!("setup: core for {TARGET}: to be built from Debian's sources, found");
+            return Some(debian);
         }
         println!("setup: core for {TARGET}: missing, asking rustup");
         if rustup(&["target", "add", TARGET]) && chip::toolchain_has_core() {
@@ -71,7 +76,7 @@ fn prepare_core() -> Option<CoreForChip> {
         }
     }
     println!("setup: core for {TARGET}: to be built from Debian's sources");
-    chip::prepare_debian()
+    chip::find_debian().or_else(chip::install_debian)
 }
 
 /// Whether rustup could do it; says why not.
