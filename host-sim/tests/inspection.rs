@@ -76,6 +76,53 @@ fn val_practice_recordings_have_no_fault_and_the_declared_noise() {
     }
 }
 
+/// Rows `from` to `to` of a recording, as if it had been cut there.
+fn cut(recording: &Recording, from: usize, to: usize) -> Recording {
+    let mut part = recording.clone();
+    part.time_s = recording.time_s[from..to].to_vec();
+    part.line = recording.line[from..to].to_vec();
+    for values in part.signals.values_mut() {
+        *values = values[from..to].to_vec();
+    }
+    part
+}
+
+/// Recordings kept back are other stretches of the same rigs: cutting the ones
+/// at hand imitates them, with rests and extremes in other places.
+#[test]
+fn val_no_part_of_a_recording_has_a_fault() {
+    let Some(folder) = common::recordings("val_no_part_of_a_recording_has_a_fault") else {
+        return;
+    };
+    let mut found = Vec::new();
+    let mut check = |rig: &Rig, recording: &Recording| {
+        for parts in [3, 10, 40] {
+            let rows = recording.len() / parts;
+            for part in 0..parts {
+                let part = cut(recording, part * rows, (part + 1) * rows);
+                let faults = inspect(rig, &part).faults;
+                found.extend(faults.iter().map(|fault| {
+                    format!("{} in {parts} parts: {}", recording.name, fault.sentence)
+                }));
+            }
+        }
+    };
+    for (name, ending) in REAL {
+        for path in files(&folder.join("real").join(name), ending) {
+            let (rig, recording) = load(&common::rig_file(&format!("{name}.toml")), &path);
+            check(&rig, &recording);
+        }
+    }
+    for case in 1..=12 {
+        let case = folder.join(format!("practice/p{case:02}"));
+        for path in files(&case, "csv") {
+            let (rig, recording) = load(&case.join("rig.toml"), &path);
+            check(&rig, &recording);
+        }
+    }
+    assert!(found.is_empty(), "{}\n{}", found.len(), found.join("\n"));
+}
+
 /// A change to the recorded values of one signal.
 type Injection = fn(&mut [f64]);
 

@@ -391,7 +391,7 @@ fn val_practice_rigs_are_read_as_they_are() {
 /// Every text is either a rig or an error on one line that names the file.
 fn check_total(text: &str) -> Result<(), TestCaseError> {
     match Rig::parse(text, "the rig.toml") {
-        Ok(rig) => prop_assert_eq!(Rig::parse(&rig.to_toml(), "again").as_ref(), Ok(&rig)),
+        Ok(rig) => prop_assert_eq!(Rig::parse(&rig.to_toml(), "again"), Ok(rig)),
         Err(error) => {
             let line = error.to_string();
             prop_assert!(line.starts_with("the rig.toml"), "{}", line);

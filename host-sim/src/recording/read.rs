@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::ops::Range;
 use std::path::Path;
 
-use super::layout::{Layout, Line, is_blank, is_comment, split_into, unquoted};
+use super::layout::{Layout, Line, is_blank, is_comment, is_decimal_comma, split_into, unquoted};
 use super::{MAXIMUM_ROWS, Recording, RecordingError};
 use crate::rig::{Column, Signal, Signals};
 use crate::text::{did_you_mean, one_line};
@@ -461,10 +461,6 @@ fn bad_cell(file: &str, layout: &Layout, row: &Row, column: usize, field: &[u8])
 fn damaged(file: &str, line: u32) -> RecordingError {
     let problem = "NUL bytes: the file is damaged here";
     error(file, Some(line), problem, TABLE)
-}
-
-fn is_decimal_comma(text: &str) -> bool {
-    text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok()
 }
 
 fn find_column(
