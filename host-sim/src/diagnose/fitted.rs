@@ -148,7 +148,10 @@ impl<'a> Bench<'a> {
             values: fit.values,
             standard_deviations: fit.standard_deviations.iter().map(deviation).collect(),
             at_bound: fit.at_bound,
-            shared: free.iter().filter(|free| free.scope == Scope::Shared).count(),
+            shared: free
+                .iter()
+                .filter(|free| free.scope == Scope::Shared)
+                .count(),
             mean_square,
         };
         Some((fit.cost, fitted))
@@ -168,10 +171,9 @@ impl<'a> Bench<'a> {
             let inherited = parent.and_then(|parent| parent.value(name));
             let own = set.iter().find_map(|&index| {
                 let candidate = &self.candidates[index];
-                let place = candidate
-                    .free
-                    .iter()
-                    .position(|free| *name == free.key || name.starts_with(&format!("{} of ", free.key)))?;
+                let place = candidate.free.iter().position(|free| {
+                    *name == free.key || name.starts_with(&format!("{} of ", free.key))
+                })?;
                 let point = &candidate.starts[start.min(candidate.starts.len() - 1)];
                 point.get(place).copied()
             });
@@ -244,7 +246,11 @@ impl<'a> Bench<'a> {
 
     /// Residuals of a fitted model.
     pub fn residuals_of(&self, fitted: &Fitted) -> Vec<Vec<Vec<f64>>> {
-        let (rig, free, sigma) = (self.switched(&fitted.set), self.free(&fitted.set), self.spread());
+        let (rig, free, sigma) = (
+            self.switched(&fitted.set),
+            self.free(&fitted.set),
+            self.spread(),
+        );
         let problem = LawProblem {
             law: self.law,
             rig: &rig,
@@ -270,7 +276,9 @@ impl<'a> Bench<'a> {
                 ..full.clone()
             };
             let residuals = self.residuals_of(&model);
-            let squares = residuals.iter().map(|columns| self.fold_mean_square(columns, fold));
+            let squares = residuals
+                .iter()
+                .map(|columns| self.fold_mean_square(columns, fold));
             Some(squares.collect::<Vec<f64>>())
         });
         for (fold, squares) in judged.into_iter().enumerate() {

@@ -62,9 +62,15 @@ impl Evidence {
         Some(if self.at_bound {
             "its fitted size is nought or at a bound".into()
         } else if self.ratio >= 1.0 {
-            format!("data left out of the fit are predicted no better ({:+.1} %)", 100.0 * (self.ratio - 1.0))
+            format!(
+                "data left out of the fit are predicted no better ({:+.1} %)",
+                100.0 * (self.ratio - 1.0)
+            )
         } else if self.share < MATERIAL_SHARE {
-            format!("it accounts for {:.1} % of what is missing: not material", 100.0 * self.share)
+            format!(
+                "it accounts for {:.1} % of what is missing: not material",
+                100.0 * self.share
+            )
         } else {
             format!(
                 "the error of left-out data falls by {:.1} % only, and in {better} of {folds} parts",
@@ -97,9 +103,9 @@ pub fn baseline(bench: &Bench<'_>) -> Option<Fitted> {
 }
 
 /// Searches the effects of one law.
-pub fn search(bench: &Bench<'_>, baseline: Fitted, progress: &dyn Fn(&str)) -> Outcome {
-    let mut judge = Judge::new(bench, &baseline);
-    let singles = judge.fit_children(std::slice::from_ref(&baseline));
+pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> Outcome {
+    let mut judge = Judge::new(bench, baseline);
+    let singles = judge.fit_children(std::slice::from_ref(baseline));
     let (deepest, mut fits) = grow(&judge, singles.clone(), progress);
     fits += singles.len();
     let start = deepest.unwrap_or_else(|| baseline.clone());
@@ -111,7 +117,7 @@ pub fn search(bench: &Bench<'_>, baseline: Fitted, progress: &dyn Fn(&str)) -> O
     let rivals = rivals(&mut judge, &improved, &declined);
     evidence.extend(declined);
     Outcome {
-        baseline,
+        baseline: baseline.clone(),
         improved,
         evidence,
         rivals,
@@ -120,7 +126,11 @@ pub fn search(bench: &Bench<'_>, baseline: Fitted, progress: &dyn Fn(&str)) -> O
 }
 
 /// Grows sets from the singles; returns the best set found.
-fn grow(judge: &Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) -> (Option<Fitted>, usize) {
+fn grow(
+    judge: &Judge<'_>,
+    singles: Vec<Fitted>,
+    progress: &dyn Fn(&str),
+) -> (Option<Fitted>, usize) {
     let mut beam = judge.best(singles);
     let mut best = beam.first().cloned();
     let mut fits = 0;
@@ -131,7 +141,9 @@ fn grow(judge: &Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) -> (Op
         fits += children.len();
         beam = judge.best(children);
         let Some(leader) = beam.first() else { break };
-        let before = best.as_ref().map_or(f64::INFINITY, |best| judge.score(best));
+        let before = best
+            .as_ref()
+            .map_or(f64::INFINITY, |best| judge.score(best));
         if judge.score(leader) < before - WORTH_GROWING {
             stale = 0;
         } else {
@@ -180,7 +192,10 @@ fn declined_evidence(judge: &mut Judge<'_>, improved: &Fitted) -> Vec<Evidence> 
     children
         .into_iter()
         .filter_map(|child| {
-            let added = child.set.iter().find(|index| !improved.set.contains(index))?;
+            let added = child
+                .set
+                .iter()
+                .find(|index| !improved.set.contains(index))?;
             let added = *added;
             let mut evidence = judge.evidence(&child, improved, added);
             // It was not in the best set: what it adds alone is for the record.
@@ -199,8 +214,8 @@ fn rivals(judge: &mut Judge<'_>, improved: &Fitted, declined: &[Evidence]) -> Ve
         };
         for evidence in declined {
             let rival = evidence.candidate;
-            let same_effect = judge.bench.candidates[rival].effect
-                == judge.bench.candidates[accepted].effect;
+            let same_effect =
+                judge.bench.candidates[rival].effect == judge.bench.candidates[accepted].effect;
             let Some(swapped) = judge.with(&without, rival).filter(|_| !same_effect) else {
                 continue;
             };
@@ -283,7 +298,12 @@ impl<'a> Judge<'a> {
 
     /// The model without one of its effects.
     fn without(&mut self, model: &Fitted, candidate: usize) -> Option<Fitted> {
-        let set: Set = model.set.iter().copied().filter(|&c| c != candidate).collect();
+        let set: Set = model
+            .set
+            .iter()
+            .copied()
+            .filter(|&c| c != candidate)
+            .collect();
         self.fit_near(&set, model)
     }
 
