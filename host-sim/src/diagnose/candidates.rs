@@ -6,7 +6,7 @@
 
 use crate::fit::law_problem::{FreeParameter, Scope};
 use crate::fit::{Parameter, Prior};
-use crate::laws::{Law, Track};
+use crate::laws::{Law, Track, white_noise};
 use crate::model::{Side, Values};
 use crate::rig::{ChamberModel, Rig};
 use model_core::valve::GasState;
@@ -342,12 +342,16 @@ fn opening_time(candidate: Candidate, tracks: &[Track<'_>]) -> Candidate {
 }
 
 /// The last instant before which the pressure stood within 1 % of its whole
-/// fall; `None` where it falls from the first row on.
+/// fall; `None` where that cannot be told from noise, or where the pressure
+/// falls from the first row on.
 fn departure(track: &Track<'_>) -> Option<f64> {
     let pressure = track.recording.signal("p_a")?;
     let (first, last) = (*pressure.first()?, *pressure.last()?);
-    let level = first - 0.01 * (first - last);
-    let row = pressure.iter().position(|&p| p < level)?;
+    let step = 0.01 * (first - last);
+    if step < 3.0 * white_noise(pressure) {
+        return None;
+    }
+    let row = pressure.iter().position(|&p| p < first - step)?;
     (row > 1).then(|| track.recording.time_s[row - 1])
 }
 

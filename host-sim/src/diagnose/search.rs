@@ -370,14 +370,16 @@ impl<'a> Judge<'a> {
             .count();
         let folds = mine[helped].len();
         let at_bound = self.stands_on_bound(with, candidate);
+        let gain = log_gain(&mine[helped], &theirs[helped]);
         Evidence {
             candidate,
             ratio,
             share,
             folds_better: (better, folds),
-            gain: log_gain(&mine[helped], &theirs[helped]),
+            gain,
             at_bound,
             accepted: !at_bound
+                && gain > 0.0
                 && share >= MATERIAL_SHARE
                 && (ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0)),
         }
