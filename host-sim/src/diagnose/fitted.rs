@@ -2,6 +2,7 @@
 //! leaves unexplained.
 
 use super::candidates::Candidate;
+pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
 use crate::fit::{NoiseVariance, Options, Parameter, solve};
 use crate::laws::{Law, Track, white_noise};
@@ -26,7 +27,14 @@ pub struct Bench<'a> {
     pub noise: Vec<f64>,
     /// The groups of rows that cross-validation leaves out in turn.
     pub folds: Folds,
+    /// Rows simulated, with derivatives counted in.
+    work: AtomicUsize,
 }
+
+/// Rows of a law that one core of the reference machine simulates in a second.
+/// Measured once on the gas cylinder; it only turns counted work into a figure
+/// that does not change from run to run as a clock's would.
+const ROWS_PER_SECOND: f64 = 4.0e6;
 
 /// A set of candidates, by index, ascending.
 pub type Set = Vec<usize>;
@@ -65,6 +73,7 @@ impl<'a> Bench<'a> {
             candidates: Vec::new(),
             noise: noise_floor(law, rig, tracks),
             folds: Folds::of(&lengths),
+            work: AtomicUsize::new(0),
         }
     }
 
@@ -139,6 +148,7 @@ impl<'a> Bench<'a> {
             ..Options::default()
         };
         let fit = solve(&mut problem, &parameters, &options).ok()?;
+        self.count_work(fit.iterations, parameters.len());
         let mean_square = self.mean_square(&problem, &fit.values);
         let inflation = correlation_length(&self.residuals(&problem, &fit.values)).sqrt();
         let deviation = |sd: &Option<f64>| sd.map(|sd| sd * inflation);
@@ -155,6 +165,19 @@ impl<'a> Bench<'a> {
             mean_square,
         };
         Some((fit.cost, fitted))
+    }
+
+    fn count_work(&self, iterations: usize, parameters: usize) {
+        let rows: usize = self.tracks.iter().map(Track::len).sum();
+        let work = iterations * rows * (2 + parameters / 4);
+        self.work.fetch_add(work, Ordering::Relaxed);
+    }
+
+    /// The work done so far as seconds of a reference core: a figure of cost
+    /// that is the same in every run.
+    pub fn seconds(&self) -> f64 {
+        let seconds = self.work.load(Ordering::Relaxed) as f64 / ROWS_PER_SECOND;
+        (10.0 * seconds).round() / 10.0
     }
 
     /// Starts: the parent's values where it has the parameter, else the
@@ -260,6 +283,36 @@ impl<'a> Bench<'a> {
             left_out: None,
         };
         self.residuals(&problem, &fitted.values)
+    }
+
+    /// The same model with some of its effects switched off and nothing refitted.
+    pub fn restricted(&self, fitted: &Fitted, set: &[usize]) -> Fitted {
+        let (rig, free, sigma) = (self.switched(set), self.free(set), self.spread());
+        let problem = LawProblem {
+            law: self.law,
+            rig: &rig,
+            tracks: self.tracks,
+            free: &free,
+            sigma: &sigma,
+            left_out: None,
+        };
+        let names = problem.names();
+        let starts = problem.parameters();
+        let values = names.iter().zip(&starts);
+        Fitted {
+            set: set.to_vec(),
+            values: values
+                .map(|(name, parameter)| fitted.value(name).unwrap_or(parameter.start))
+                .collect(),
+            standard_deviations: vec![None; names.len()],
+            at_bound: vec![false; names.len()],
+            shared: free
+                .iter()
+                .filter(|free| free.scope == Scope::Shared)
+                .count(),
+            mean_square: fitted.mean_square.clone(),
+            names,
+        }
     }
 
     /// Cross-validated squared residuals per output and fold: each fold judged

@@ -6,6 +6,8 @@
 //! together do): sets are grown several at a time, and every member must then
 //! earn its place against the set without it.
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
 use super::fitted::{Bench, Fitted, Set, parallel};
 
 /// Sets kept at each size.
@@ -46,6 +48,9 @@ pub struct Evidence {
     pub folds_better: (usize, usize),
     /// Gain in log-likelihood that the folds add up to.
     pub gain: f64,
+    /// Probability that its gain on independent parts of the data is no accident
+    /// (Student's t over the folds). Not yet calibrated against concealed truths.
+    pub probability: f64,
     /// Whether a parameter of it stands on a bound (its neutral value mostly).
     pub at_bound: bool,
     /// Whether it is accepted.
@@ -93,6 +98,19 @@ pub struct Outcome {
     pub rivals: Vec<(usize, usize)>,
     /// Number of fits made.
     pub fits: usize,
+}
+
+impl Outcome {
+    /// No search was made: the baseline is as good as the noise allows.
+    pub fn nothing(baseline: &Fitted) -> Self {
+        Self {
+            baseline: baseline.clone(),
+            improved: baseline.clone(),
+            evidence: Vec::new(),
+            rivals: Vec::new(),
+            fits: 0,
+        }
+    }
 }
 
 /// Fits the baseline: twice, so that priors are weighed against what it leaves
@@ -371,17 +389,19 @@ impl<'a> Judge<'a> {
         let folds = mine[helped].len();
         let at_bound = self.stands_on_bound(with, candidate);
         let gain = log_gain(&mine[helped], &theirs[helped]);
+        let accepted = !at_bound
+            && gain > 0.0
+            && share >= MATERIAL_SHARE
+            && (ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0));
         Evidence {
             candidate,
+            probability: probability(&mine[helped], &theirs[helped], accepted, share),
             ratio,
             share,
             folds_better: (better, folds),
             gain,
             at_bound,
-            accepted: !at_bound
-                && gain > 0.0
-                && share >= MATERIAL_SHARE
-                && (ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0)),
+            accepted,
         }
     }
 
@@ -407,6 +427,31 @@ fn with(set: &Set, candidate: usize) -> Set {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Probability that the mean gain over the folds is above nought, by Student's
+/// t; for a declined effect also scaled down by how far it is from material.
+fn probability(with: &[f64], without: &[f64], accepted: bool, share: f64) -> f64 {
+    let gains: Vec<f64> = with
+        .iter()
+        .zip(without)
+        .map(|(with, without)| 0.5 * (without / with).ln())
+        .collect();
+    let (count, average) = (gains.len() as f64, mean(&gains));
+    let spread = gains
+        .iter()
+        .map(|gain| (gain - average).powi(2))
+        .sum::<f64>()
+        / (count - 1.0);
+    let deviation = (spread / count).sqrt().max(1e-9);
+    let chance = StudentsT::new(0.0, 1.0, (count - 1.0).max(1.0))
+        .map_or(0.5, |distribution| distribution.cdf(average / deviation));
+    let material = if accepted {
+        1.0
+    } else {
+        0.5 * (share / MATERIAL_SHARE).clamp(0.0, 1.0)
+    };
+    (chance * material).clamp(0.01, 0.99)
 }
 
 /// Each fold counts as one independent observation of the error's variance.

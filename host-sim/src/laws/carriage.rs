@@ -1,7 +1,6 @@
 //! A free carriage driven by recorded pressures, predicting its position.
 
-use super::motion::local_quadratic;
-use super::{InitialState, Output, Sink, Track};
+use super::{InitialState, Output, Sink, Track, View};
 use crate::model::Values;
 use crate::recording::Recording;
 use model_core::carriage::CarriageState;
@@ -14,9 +13,6 @@ use std::ops::Range;
 const LONGEST_STEP_S: f64 = 2.5e-4;
 /// Motion before a window from which the bristle's deflection is found, s.
 const WARM_UP_S: f64 = 0.1;
-/// Rows on each side from which position and velocity at a window's start are
-/// estimated.
-const START_HALF_WIDTH: usize = 4;
 
 pub(super) const OUTPUT: Output = Output {
     signal: "x",
@@ -24,14 +20,12 @@ pub(super) const OUTPUT: Output = Output {
     unit: "m",
 };
 
-pub(super) fn initial_states(recording: &Recording, row: usize) -> Vec<InitialState> {
+pub(super) fn initial_states(recording: &Recording, row: usize, view: View) -> Vec<InitialState> {
     let time = &recording.time_s;
     let position = recording.signal("x").unwrap_or(&[]);
-    let from = row.saturating_sub(START_HALF_WIDTH);
-    let to = (row + START_HALF_WIDTH + 1).min(position.len());
-    let [x, slope, _] = local_quadratic(&time[from..to], &position[from..to], time[row]);
+    let (x, slope) = view.value_and_slope(time, position, row);
     let velocity = match recording.signal("v") {
-        Some(v) => local_quadratic(&time[from..to], &v[from..to], time[row])[0],
+        Some(v) => view.value(time, v, row),
         None => slope,
     };
     let state = |name, guess, standard_deviation, measured_by| InitialState {
@@ -43,7 +37,7 @@ pub(super) fn initial_states(recording: &Recording, row: usize) -> Vec<InitialSt
     };
     vec![
         state("x", x, 1e-3, Some(0)),
-        state("v", velocity, 1e-2, None),
+        state("v", velocity, 1e-2, Some(0)),
     ]
 }
 

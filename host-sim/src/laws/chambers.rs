@@ -1,6 +1,6 @@
 //! Chambers driven by recorded position, command and supply pressure.
 
-use super::{InitialState, Output, Sink, Track, delayed};
+use super::{InitialState, Output, Sink, Track, View, delayed};
 use crate::model::{Side, Values};
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -22,6 +22,11 @@ const COMMAND_WARM_UP_S: f64 = 0.2;
 /// K, one standard deviation: half the excursion of a full-speed stroke.
 const INITIAL_TEMPERATURE_SD_K: f64 = 20.0;
 
+/// How far the pressure at the start may be from the recorded one, as a part
+/// of it, one standard deviation: noise is far less, but a model with its own
+/// error fits best from a start that is a little off.
+const INITIAL_PRESSURE_SHARE: f64 = 5e-3;
+
 /// Sides with a recorded pressure.
 fn sides(rig: &Rig) -> impl Iterator<Item = Side> + '_ {
     Side::BOTH
@@ -40,7 +45,12 @@ pub(super) fn outputs(rig: &Rig) -> Vec<Output> {
 }
 
 /// Pressure and temperature of each recorded chamber.
-pub(super) fn initial_states(rig: &Rig, recording: &Recording, row: usize) -> Vec<InitialState> {
+pub(super) fn initial_states(
+    rig: &Rig,
+    recording: &Recording,
+    row: usize,
+    view: View,
+) -> Vec<InitialState> {
     let ambient_k = Values::<f64> {
         rig,
         keys: &[],
@@ -50,12 +60,11 @@ pub(super) fn initial_states(rig: &Rig, recording: &Recording, row: usize) -> Ve
     .temperature_k;
     let pressure = |(output, side): (usize, Side)| {
         let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
-        let guess = signal.get(row).copied().unwrap_or(1e5);
+        let guess = view.value(&recording.time_s, signal, row);
         InitialState {
             name: if side == Side::A { "p_a" } else { "p_b" },
             guess,
-            // The sample knows it to its noise; the model's own error is more.
-            standard_deviation: 0.05 * guess,
+            standard_deviation: INITIAL_PRESSURE_SHARE * guess,
             lower: 1e3,
             measured_by: Some(output),
         }
