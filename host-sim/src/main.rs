@@ -4,9 +4,9 @@ use std::io;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use host_sim::cli::{self, inspect::InspectArguments};
+use host_sim::cli::{self, inspect::InspectArguments, simulate::SimulateArguments};
 
-/// Servo-pneumatic axes: check recordings against a rig file.
+/// Servo-pneumatic axes: simulate them, check their recordings.
 #[derive(Parser)]
 #[command(name = "pneuma", version)]
 struct Cli {
@@ -17,6 +17,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Inspect(InspectArguments),
+    Simulate(SimulateArguments),
 }
 
 fn main() -> ExitCode {
@@ -24,6 +25,7 @@ fn main() -> ExitCode {
     let mut out = io::stdout().lock();
     let outcome = match &cli.command {
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
+        Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
     };
     ExitCode::from(cli::exit_status(outcome))
 }

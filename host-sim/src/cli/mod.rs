@@ -2,6 +2,7 @@
 //! input is one line on standard error and status 2.
 
 pub mod inspect;
+pub mod simulate;
 
 use std::io::{self, Write};
 
