@@ -69,10 +69,15 @@ pub struct AxisFault {
 
 impl AxisFault {
     fn missing(key: &str) -> Self {
+        let what = if key.contains('.') {
+            "a value"
+        } else {
+            "the section"
+        };
         Self {
             key: key.into(),
             problem: "missing".into(),
-            expected: "it, as a whole axis needs it".into(),
+            expected: format!("{what}, as a whole axis needs it"),
         }
     }
 }

@@ -107,7 +107,7 @@ pub struct Pulse {
 }
 
 impl Command {
-    /// The command at a time, V; null V where there is no segment at all.
+    /// The command at a time, V; 0 V where there is no segment at all.
     pub fn at(&self, time_s: f64) -> f64 {
         let begun = |segment: &&Segment| segment.start_s <= time_s;
         let segment = self.segments.iter().rev().find(begun);

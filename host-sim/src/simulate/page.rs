@@ -21,6 +21,7 @@ pub fn page(scenario: &Scenario, simulation: &Simulation) -> Page {
         if let Some(note) = simulation.note() {
             section.callout(capitalised(&note));
         }
+        section.text("The panels share zoom and cursor.");
         section.chart(plots(scenario, simulation));
     });
     page.section("Parameters", |section| parameters(section, &scenario.rig));
@@ -90,66 +91,95 @@ fn tiles(page: &mut Page, scenario: &Scenario, simulation: &Simulation) {
 
 /// The signals, one below the other.
 fn plots(scenario: &Scenario, simulation: &Simulation) -> ChartStack {
-    let curve = |name: &str, role: Role, value: &dyn Fn(&Sample) -> f64| {
-        let points = simulation.samples.iter();
-        Series::new(
-            name,
-            role,
-            points.map(|sample| (sample.time_s, value(sample))),
-        )
-    };
-    let panel = |title: &str, quantity: &str, unit: &str| {
-        Chart::new(title)
-            .y_axis(quantity, unit)
-            .height(PANEL_HEIGHT_PX)
-    };
-    let command = panel("Command", "command", "V")
-        .height(COMMAND_HEIGHT_PX)
-        .series(curve("command", Role::Recorded, &|sample| sample.command_v).step());
-    let bar = |pressure_pa: f64| pressure_pa / PA_PER_BAR;
-    let pressures = panel("Pressures", "pressure, absolute", "bar")
-        .series(curve("chamber a", Role::Improved, &|sample| {
-            bar(sample.pressure_a_pa)
-        }))
-        .series(curve("chamber b", Role::Refitted, &|sample| {
-            bar(sample.pressure_b_pa)
-        }))
-        .level(bar(supply_pa(simulation)), "supply");
-    let position =
-        panel("Position", "position", "mm").series(curve("position", Role::Recorded, &|sample| {
-            MM_PER_M * sample.position_m
-        }));
-    let velocity =
-        panel("Velocity", "velocity", "m/s").series(curve("velocity", Role::Recorded, &|sample| {
-            sample.velocity_m_s
-        }));
-    let temperatures = panel("Gas temperatures", "temperature", "K")
-        .x_axis("time", "s")
-        .series(curve("chamber a", Role::Improved, &|sample| {
-            sample.temperature_a_k
-        }))
-        .series(curve("chamber b", Role::Refitted, &|sample| {
-            sample.temperature_b_k
-        }))
-        .level(
-            super::values(&scenario.rig).ambient().temperature_k,
-            "ambient",
-        );
-    let stack = ChartStack::new("All panels share zoom and cursor.")
-        .panel(command)
-        .panel(pressures)
-        .panel(position)
-        .panel(velocity)
-        .panel(temperatures);
+    let stack = ChartStack::new("")
+        .panel(command_panel(simulation))
+        .panel(pressure_panel(simulation))
+        .panel(panel("Carriage", "position", "mm").series(curve(
+            simulation,
+            "position",
+            Role::Recorded,
+            |sample| MM_PER_M * sample.position_m,
+        )))
+        .panel(panel("Carriage", "velocity", "m/s").series(curve(
+            simulation,
+            "velocity",
+            Role::Recorded,
+            |sample| sample.velocity_m_s,
+        )))
+        .panel(temperature_panel(scenario, simulation));
     match scenario.noise_seed {
         Some(_) => stack.note("Drawn without the noise and the quanta of the recording."),
         None => stack,
     }
 }
 
-fn supply_pa(simulation: &Simulation) -> f64 {
-    let first = simulation.samples.first();
-    first.map_or(f64::NAN, |sample| sample.supply_pressure_pa)
+fn panel(title: &str, quantity: &str, unit: &str) -> Chart {
+    Chart::new(title)
+        .y_axis(quantity, unit)
+        .height(PANEL_HEIGHT_PX)
+}
+
+fn curve(simulation: &Simulation, name: &str, role: Role, value: fn(&Sample) -> f64) -> Series {
+    let points = simulation.samples.iter();
+    Series::new(
+        name,
+        role,
+        points.map(|sample| (sample.time_s, value(sample))),
+    )
+}
+
+fn command_panel(simulation: &Simulation) -> Chart {
+    let command = curve(simulation, "command", Role::Recorded, |sample| {
+        sample.command_v
+    });
+    panel("Valve", "command", "V")
+        .height(COMMAND_HEIGHT_PX)
+        .series(command.step())
+}
+
+fn pressure_panel(simulation: &Simulation) -> Chart {
+    let chambers = panel("Chambers", "pressure, absolute", "bar")
+        .series(curve(simulation, "chamber a", Role::Improved, |sample| {
+            sample.pressure_a_pa / PA_PER_BAR
+        }))
+        .series(curve(simulation, "chamber b", Role::Refitted, |sample| {
+            sample.pressure_b_pa / PA_PER_BAR
+        }));
+    if !supply_is_near(simulation) {
+        return chambers;
+    }
+    let supply = curve(simulation, "supply", Role::Noise, |sample| {
+        sample.supply_pressure_pa / PA_PER_BAR
+    });
+    chambers.series(supply.dashed())
+}
+
+/// Whether the supply can be drawn without flattening the chambers' curves.
+fn supply_is_near(simulation: &Simulation) -> bool {
+    let pressures = || {
+        let both = |sample: &Sample| [sample.pressure_a_pa, sample.pressure_b_pa];
+        simulation.samples.iter().flat_map(both)
+    };
+    let highest = pressures().fold(f64::NEG_INFINITY, f64::max);
+    let lowest = pressures().fold(f64::INFINITY, f64::min);
+    let supply_pa = simulation
+        .samples
+        .first()
+        .map(|sample| sample.supply_pressure_pa);
+    supply_pa.is_some_and(|supply_pa| supply_pa - highest <= highest - lowest)
+}
+
+fn temperature_panel(scenario: &Scenario, simulation: &Simulation) -> Chart {
+    let ambient_k = super::values(&scenario.rig).ambient().temperature_k;
+    panel("Gas", "temperature", "K")
+        .x_axis("time", "s")
+        .series(curve(simulation, "chamber a", Role::Improved, |sample| {
+            sample.temperature_a_k
+        }))
+        .series(curve(simulation, "chamber b", Role::Refitted, |sample| {
+            sample.temperature_b_k
+        }))
+        .level(ambient_k, "ambient")
 }
 
 // the rig
@@ -158,7 +188,7 @@ fn parameters(section: &mut Section, rig: &Rig) {
     if let Some(valve) = &rig.valve {
         section.chart(valve_chart(valve));
     }
-    let table = Table::new(["parameter", "value", "one standard deviation"]);
+    let table = Table::new(["parameter", "value", "declared deviation"]);
     let keys = rig.value_keys();
     let numbers = keys
         .iter()
@@ -171,13 +201,12 @@ fn parameters(section: &mut Section, rig: &Rig) {
         table.row([
             format!("`{key}`").into(),
             rig.value(key).map_or("–".into(), shown),
-            deviation.map_or("exact".into(), Cell::from),
+            deviation.map_or("–".into(), Cell::from),
         ])
     }));
 }
 
-/// Areas on a logarithmic axis: the leakage of the closed paths is a hundredth
-/// of the open ones.
+/// The areas as the model reads them: linear between the points.
 fn valve_chart(valve: &Valve) -> Chart {
     let curve = |name: &str, role: Role, areas: &[f64]| {
         let pairs = valve.opening_v.iter().copied().zip(areas.iter());
@@ -190,7 +219,6 @@ fn valve_chart(valve: &Valve) -> Chart {
     Chart::new("Valve: area of a path over its opening")
         .x_axis("opening, distance of the command from the null", "V")
         .y_axis("area", "mm²")
-        .logarithmic_y()
         .height(PANEL_HEIGHT_PX)
         .series(curve("supply", Role::Recorded, &valve.supply_area_m2))
         .series(curve("exhaust", Role::Improved, &valve.exhaust_area_m2).dashed())
