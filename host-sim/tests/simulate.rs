@@ -1,6 +1,11 @@
 //! `pneuma simulate` from its files to its recording: the paper's rig, a
 //! practice rig, round trips, bad files, seeds, effects.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "the helpers of a test fail by panicking, as the tests do"
+)]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -194,7 +194,11 @@ fn read_rig(top: &Fields, folder: &Path) -> Result<(Rig, String), ScenarioError>
         return Err(top.missing("rig", "the rig file's name, or the rig as [rig]"));
     };
     if let DeValue::Table(table) = entry.get_ref() {
-        let rig = Rig::from_table(table, top.source.text, top.source.name)?;
+        let rig = Rig::from_table(table, top.source.text, top.source.name);
+        let rig = rig.map_err(|error| ScenarioError {
+            key: error.key.map(|key| top.key(&format!("rig.{key}"))),
+            ..error
+        })?;
         return Ok((rig, top.source.name.into()));
     }
     let file = top.needed_text("rig", "the rig file's name, or the rig as [rig]")?;
@@ -252,11 +256,11 @@ fn read_initial(top: &Fields, rig: &Rig) -> Result<Initial, ScenarioError> {
         temperature_k: fields.number("temperature_K", &TEMPERATURE)?,
         command_v: fields.number("command_V", &COMMAND)?,
     };
-    if let (Some(position_m), Some([low, high])) = (initial.position_m, stroke_range_m(rig)) {
-        if !(low..=high).contains(&position_m) {
-            let expected = format!("metres within the stroke, {low} to {high}");
-            return Err(fields.wrong("position_m", &expected));
-        }
+    if let (Some(position_m), Some([low, high])) = (initial.position_m, stroke_range_m(rig))
+        && !(low..=high).contains(&position_m)
+    {
+        let expected = format!("metres within the stroke, {low} to {high}");
+        return Err(fields.wrong("position_m", &expected));
     }
     Ok(initial)
 }
