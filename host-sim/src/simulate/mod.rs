@@ -2,7 +2,7 @@
 //!
 //! Responsibilities: build the axis of `model-core` from the rig, find where it
 //! rests, step it, and turn what happened into a recording as the rig's sensors
-//! would have written it ([`sensors`]) and into a page ([`page`]).
+//! would have written it ([`recorded`]) and into a page ([`page()`]).
 //!
 //! * Within a row the command is held and the axis takes
 //!   [`Scenario::steps_per_sample`] steps.
