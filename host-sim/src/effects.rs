@@ -91,6 +91,8 @@ pub const EFFECTS: &[Effect] = &[
             parameter("laminar_b_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
             parameter("orifice_a_m2", "m2", 0.0, 0.0),
             parameter("orifice_b_m2", "m2", 0.0, 0.0),
+            // Time of the recording at which the leak opens.
+            parameter("onset_s", "s", f64::NEG_INFINITY, f64::MIN),
         ],
     },
     Effect {

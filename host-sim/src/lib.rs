@@ -1,6 +1,7 @@
 //! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
 
 pub mod cli;
+pub mod diagnose;
 pub mod effects;
 pub mod fit;
 pub mod inspect;

@@ -6,7 +6,7 @@
 
 use crate::fit::law_problem::{FreeParameter, Scope};
 use crate::fit::{Parameter, Prior};
-use crate::laws::{Law, Track};
+use crate::laws::{Law, Track, white_noise};
 use crate::model::{Side, Values};
 use crate::rig::{ChamberModel, Rig};
 use model_core::valve::GasState;
@@ -31,7 +31,10 @@ pub struct Candidate {
 impl Candidate {
     /// What a person calls it: effect, form and place.
     pub fn title(&self) -> String {
-        let form = self.form.map(|form| format!(" ({form})")).unwrap_or_default();
+        let form = self
+            .form
+            .map(|form| format!(" ({form})"))
+            .unwrap_or_default();
         format!("{}{form} at {}", self.effect, self.places.join(" and "))
     }
 
@@ -71,7 +74,9 @@ impl Candidate {
         prior: Option<Prior>,
         starts: &[f64],
     ) -> Self {
-        let scale = starts.iter().fold(0.0_f64, |most, start| most.max(start.abs()));
+        let scale = starts
+            .iter()
+            .fold(0.0_f64, |most, start| most.max(start.abs()));
         self.free.push(FreeParameter {
             key: format!("effects.{}.{parameter}", self.effect),
             scope,
@@ -288,18 +293,66 @@ fn leakage(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Vec<Candidate> {
     let specific = values.gas().gas_constant_j_per_kg_k / (values.gas().heat_capacity_ratio - 1.0);
     let mass = capacity / specific;
     let letter = side.letter();
+    let onset = |candidate: Candidate| match rig.vessel {
+        Some(_) => opening_time(candidate, tracks),
+        None => candidate,
+    };
     let laminar = [100.0, 10.0].map(|decay_s| mass / decay_s / gas.pressure_pa.powi(2));
     // Choked flow: m' = A Cd C1 p / sqrt(T), Cd about 0.82.
-    let per_area = 0.82 * values.gas().flow_coefficient * gas.pressure_pa / gas.temperature_k.sqrt();
+    let per_area =
+        0.82 * values.gas().flow_coefficient * gas.pressure_pa / gas.temperature_k.sqrt();
     let orifice = [100.0, 10.0].map(|decay_s| mass / decay_s / per_area);
+    let leak = |form| Candidate::new("chamber-leakage", &[side.place()]).form(form);
     vec![
-        Candidate::new("chamber-leakage", &[side.place()])
-            .form("laminar")
-            .free(&format!("laminar_{letter}_kg_s_Pa2"), (0.0, 1e3 * laminar[1]), &laminar),
-        Candidate::new("chamber-leakage", &[side.place()])
-            .form("orifice")
-            .free(&format!("orifice_{letter}_m2"), (0.0, 1e3 * orifice[1]), &orifice),
+        onset(leak("laminar").free(
+            &format!("laminar_{letter}_kg_s_Pa2"),
+            (0.0, 1e3 * laminar[1]),
+            &laminar,
+        )),
+        onset(leak("orifice").free(
+            &format!("orifice_{letter}_m2"),
+            (0.0, 1e3 * orifice[1]),
+            &orifice,
+        )),
     ]
+}
+
+/// A leak test often begins with the vessel still connected: the instant at
+/// which the decay begins is a property of the recording. It is started where
+/// the pressure first leaves its starting level for good.
+fn opening_time(candidate: Candidate, tracks: &[Track<'_>]) -> Candidate {
+    let Some(onset_s) = tracks.iter().find_map(departure) else {
+        return candidate;
+    };
+    let end = tracks
+        .iter()
+        .filter_map(|track| track.recording.time_s.last().copied())
+        .fold(0.0, f64::max);
+    let prior = Prior {
+        mean: onset_s,
+        standard_deviation: end.max(1e-9),
+    };
+    candidate.free_as(
+        "onset_s",
+        Scope::PerRecording,
+        (-end, end),
+        Some(prior),
+        &[onset_s],
+    )
+}
+
+/// The last instant before which the pressure stood within 1 % of its whole
+/// fall; `None` where that cannot be told from noise, or where the pressure
+/// falls from the first row on.
+fn departure(track: &Track<'_>) -> Option<f64> {
+    let pressure = track.recording.signal("p_a")?;
+    let (first, last) = (*pressure.first()?, *pressure.last()?);
+    let step = 0.01 * (first - last);
+    if step < 3.0 * white_noise(pressure) {
+        return None;
+    }
+    let row = pressure.iter().position(|&p| p < first - step)?;
+    (row > 1).then(|| track.recording.time_s[row - 1])
 }
 
 fn pressure_sensor_lag(sides: &[Side], tracks: &[Track<'_>]) -> Candidate {
@@ -328,9 +381,17 @@ fn valve_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
             &[1.5 * row, 5.5 * row],
         ),
         Candidate::new("spool-dynamics", &["valve-command"])
-            .free("natural_frequency_Hz", (3.0, 0.2 / row), &[0.08 / row, 0.03 / row])
+            .free(
+                "natural_frequency_Hz",
+                (3.0, 0.2 / row),
+                &[0.08 / row, 0.03 / row],
+            )
             .free("damping_ratio", (0.3, 2.0), &[0.7]),
-        Candidate::new("valve-hysteresis", &["valve-command"]).free("width", (0.0, 1.0), &[0.03, 0.1]),
+        Candidate::new("valve-hysteresis", &["valve-command"]).free(
+            "width",
+            (0.0, 1.0),
+            &[0.03, 0.1],
+        ),
     ]
 }
 
@@ -388,23 +449,26 @@ fn friction_candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit_n: f64)
     if rig.value("friction.viscous_Ns_m").is_none() {
         let speed = motion_speed(tracks);
         let start = force / speed;
-        all.push(
-            Candidate::new("viscous-friction", place)
-                .free("viscous_Ns_m", (0.0, 1e3 * start), &[start, 0.1 * start]),
-        );
+        all.push(Candidate::new("viscous-friction", place).free(
+            "viscous_Ns_m",
+            (0.0, 1e3 * start),
+            &[start, 0.1 * start],
+        ));
     }
     if rig.value("friction.static_N").is_none() {
-        all.push(
-            Candidate::new("stribeck-friction", place)
-                .free("static_excess_N", (0.0, most), &levels),
-        );
+        all.push(Candidate::new("stribeck-friction", place).free(
+            "static_excess_N",
+            (0.0, most),
+            &levels,
+        ));
     }
     all.extend(pressure_friction(rig, tracks, force));
     if rig.uncertainty_sd("carriage.external_force_N").is_none() {
-        all.push(
-            Candidate::new("constant-force", place)
-                .free("force_N", (-most, most), &[0.2 * force, -0.2 * force]),
-        );
+        all.push(Candidate::new("constant-force", place).free(
+            "force_N",
+            (-most, most),
+            &[0.2 * force, -0.2 * force],
+        ));
     }
     if law == Law::Force {
         all.push(position_skew(tracks));
@@ -425,10 +489,17 @@ fn pressure_friction(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Option<Cand
         .fold(1e5_f64, |most, &pressure| most.max(pressure));
     let start = force / most_pa;
     let bounds = (0.0, 1e3 * start);
-    let candidate = Candidate::new("pressure-dependent-friction", &["force-balance"])
-        .free("per_mean_pressure_N_Pa", bounds, &[start, 0.1 * start]);
+    let candidate = Candidate::new("pressure-dependent-friction", &["force-balance"]).free(
+        "per_mean_pressure_N_Pa",
+        bounds,
+        &[start, 0.1 * start],
+    );
     Some(if rig.signals.contains("p_b") {
-        candidate.free("per_pressure_difference_N_Pa", bounds, &[start, 0.1 * start])
+        candidate.free(
+            "per_pressure_difference_N_Pa",
+            bounds,
+            &[start, 0.1 * start],
+        )
     } else {
         candidate
     })

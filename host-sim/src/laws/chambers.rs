@@ -111,7 +111,7 @@ pub(super) fn predict<R: Real>(
     initial: &[R],
     sink: &mut impl Sink<R>,
 ) {
-    let Some(pneumatics) = values.pneumatics() else {
+    let Some(mut pneumatics) = values.pneumatics() else {
         return;
     };
     let valve = values.valve().and_then(Result::ok);
@@ -125,12 +125,17 @@ pub(super) fn predict<R: Real>(
         supply_temperature_k: values.ambient().temperature_k,
         skew_s: values.effect("position-time-skew", "delay_s", 0.0),
     };
+    let onset_s = values.effect("chamber-leakage", "onset_s", f64::NEG_INFINITY);
+    let leaks = (pneumatics.leak_a, pneumatics.leak_b);
     let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
     let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows)));
     let mut state = start(&sides, initial);
     let mut shown = pressures(&sides, &state);
     report(&sides, &state, &shown, rows.start, sink);
     for row in rows.start..rows.end.saturating_sub(1) {
+        let open = share_open(drive.time_s, row, onset_s);
+        pneumatics.leak_a = leaks.0.scaled(open);
+        pneumatics.leak_b = leaks.1.scaled(open);
         let valve_now = spool
             .as_ref()
             .map(|(valve, spool)| (valve, spool[row - rows.start]));
@@ -139,6 +144,12 @@ pub(super) fn predict<R: Real>(
         lag(&mut shown, &pressures(&sides, &state), lag_s, dt);
         report(&sides, &state, &shown, row + 1, sink);
     }
+}
+
+/// The part of a row after the leak has opened.
+fn share_open<R: Real>(time_s: &[f64], row: usize, onset_s: R) -> R {
+    let length = R::from_f64(time_s[row + 1] - time_s[row]);
+    ((R::from_f64(time_s[row + 1]) - onset_s) / length).clamp(R::ZERO, R::ONE)
 }
 
 /// One row, in as many steps as its length asks for.

@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
@@ -112,17 +113,21 @@ pub(crate) fn read_text(path: &Path, name: &str, kind: &str) -> Result<String, R
         line: None,
         key: None,
         problem,
-        expected: format!("{kind}, in TOML"),
+        expected: kind.into(),
     };
     let cannot = |cause: std::io::Error| error(format!("cannot be read: {cause}"));
     let metadata = fs::metadata(path).map_err(cannot)?;
     if metadata.is_dir() {
         return Err(error("is a directory".into()));
     }
-    if metadata.len() > LARGEST_FILE_BYTES {
+    // Devices have no length: read one byte beyond the limit instead.
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(cannot)?;
+    let mut limited = file.take(LARGEST_FILE_BYTES + 1);
+    let read = limited.read_to_end(&mut bytes).map_err(cannot)?;
+    if u64::try_from(read).is_ok_and(|read| read > LARGEST_FILE_BYTES) {
         return Err(error("is larger than 1 MiB".into()));
     }
-    let bytes = fs::read(path).map_err(cannot)?;
     String::from_utf8(bytes).map_err(|_| error("is not UTF-8 text".into()))
 }
 

@@ -26,7 +26,7 @@ use crate::rig::{Rig, RigError};
 use crate::scenario::{Scenario, stroke_range_m};
 use model_core::axis::{Axis, AxisInputs, AxisState};
 use model_core::carriage::CarriageState;
-use model_core::left_out::DELAY_CAPACITY;
+use model_core::left_out::{ChamberLeakage, DELAY_CAPACITY};
 use model_core::valve::{GasState, Port};
 
 /// Times are decimals: rounding to this many parts of a second undoes what
@@ -99,6 +99,8 @@ pub fn simulate(scenario: &Scenario) -> Result<Simulation, RigError> {
             .value("supply.pressure_Pa")
             .ok_or_else(|| rig_error(scenario, "supply.pressure_Pa", "missing", "it"))?,
         stroke_m: stroke_range_m(&scenario.rig).unwrap_or([f64::MIN, f64::MAX]),
+        leak_onset_s: leak_onset_s(&scenario.rig),
+        leaks: (axis.pneumatics.leak_a, axis.pneumatics.leak_b),
         scenario,
         axis,
     };
@@ -139,6 +141,11 @@ fn check_delay(scenario: &Scenario, axis: &Axis<f64>) -> Result<(), RigError> {
     );
     let key = "effects.valve-delay.delay_s";
     Err(rig_error(scenario, key, &problem, &expected))
+}
+
+/// Time at which the leaks of the chambers open, s.
+fn leak_onset_s(rig: &Rig) -> f64 {
+    values(rig).effect("chamber-leakage", "onset_s", f64::NEG_INFINITY)
 }
 
 fn rig_error(scenario: &Scenario, key: &str, problem: &str, expected: &str) -> RigError {
@@ -224,10 +231,15 @@ fn net_inflow_kg_per_s(scenario: &Scenario, axis: &Axis<f64>, side: Side, pressu
         .unwrap_or(pressure_pa);
     let law = &axis.valve.law;
     let chamber = gas(pressure_pa);
+    let leak_outflow = if leak_onset_s(&scenario.rig) <= 0.0 {
+        leak.outflow(&pneumatics.law, chamber, ambient).0
+    } else {
+        0.0
+    };
     law.flow(supply_m2, gas(supply_pa), chamber)
         .mass_flow_kg_per_s
         - law.flow(exhaust_m2, chamber, ambient).mass_flow_kg_per_s
-        - leak.outflow(&pneumatics.law, chamber, ambient).0
+        - leak_outflow
 }
 
 // the run
@@ -238,6 +250,9 @@ struct Run<'a> {
     state: AxisState<f64>,
     supply_pressure_pa: f64,
     stroke_m: [f64; 2],
+    leak_onset_s: f64,
+    /// The leaks of both chambers once open.
+    leaks: (ChamberLeakage<f64>, ChamberLeakage<f64>),
 }
 
 impl Run<'_> {
@@ -268,8 +283,9 @@ impl Run<'_> {
         };
         let [low, high] = self.stroke_m;
         for step in 1..=self.scenario.steps_per_sample {
-            self.axis.step(&mut self.state, &inputs);
             let time_s = on_time_grid(time_s + f64::from(step) * self.axis.dt_s);
+            self.open_leaks(time_s);
+            self.axis.step(&mut self.state, &inputs);
             if !self.state.is_finite() {
                 let problem = format!("the states became infinite at {time_s} s");
                 let expected = "a shorter one, or a rig with possible numbers";
@@ -281,6 +297,13 @@ impl Run<'_> {
             }
         }
         Ok(None)
+    }
+
+    /// The leaks by the part of the step to `end_s` for which they are open.
+    fn open_leaks(&mut self, end_s: f64) {
+        let open = ((end_s - self.leak_onset_s) / self.axis.dt_s).clamp(0.0, 1.0);
+        self.axis.pneumatics.leak_a = self.leaks.0.scaled(open);
+        self.axis.pneumatics.leak_b = self.leaks.1.scaled(open);
     }
 
     fn sample(&self, time_s: f64, command_v: f64) -> Sample {

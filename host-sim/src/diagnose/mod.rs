@@ -1,0 +1,5 @@
+//! Diagnosis: from recordings to what is missing, how large, and the proof.
+
+pub mod candidates;
+pub mod fitted;
+pub mod search;
