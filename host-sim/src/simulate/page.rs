@@ -194,16 +194,26 @@ fn parameters(section: &mut Section, rig: &Rig) {
         .iter()
         .filter(|key| ValveTable::from_key(key).is_none());
     section.table(numbers.fold(table, |table, key| {
-        let shown = |value: f64| Cell::from(format!("{value}"));
         let deviation = rig
             .uncertainty_sd(key)
             .map(|value| number::significant(value, 2));
         table.row([
             format!("`{key}`").into(),
-            rig.value(key).map_or("–".into(), shown),
+            rig.value(key)
+                .map_or("–".into(), |value| as_typed(value).into()),
             deviation.map_or("–".into(), Cell::from),
         ])
     }));
+}
+
+/// A number as a person would type it: all its digits, and a power of ten
+/// where it would begin with many noughts.
+fn as_typed(value: f64) -> String {
+    if value.abs() > 0.0 && value.abs() < 1e-3 {
+        number::significant(value, 4)
+    } else {
+        format!("{value}")
+    }
 }
 
 /// The areas as the model reads them: linear between the points.
