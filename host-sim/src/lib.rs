@@ -2,6 +2,7 @@
 
 pub mod cli;
 pub mod diagnose;
+pub mod effects;
 pub mod fit;
 pub mod inspect;
 pub mod laws;
@@ -9,5 +10,7 @@ pub mod model;
 pub mod recording;
 pub mod report;
 pub mod rig;
+pub mod scenario;
+pub mod simulate;
 mod text;
 pub mod units;

@@ -5,7 +5,7 @@ mod common;
 use std::collections::BTreeMap;
 use std::fs;
 
-use host_sim::rig::{ChamberModel, Column, PositionZero, Rig, STANDARD_PRESSURE_PA};
+use host_sim::rig::{ChamberModel, Column, EffectFault, PositionZero, Rig, STANDARD_PRESSURE_PA};
 use proptest::prelude::*;
 
 /// A whole rig, as in the contract.
@@ -53,9 +53,9 @@ coulomb_N = 17.5
 "valve.null_V" = 0.025
 "valve.opening_V" = 0.03
 "friction.coulomb_N" = 0.12
-"effects.leak.conductance" = 0.5
-[effects.leak]
-conductance = 2.0e-9
+"effects.chamber-leakage.laminar_a_kg_s_Pa2" = 0.5
+[effects.chamber-leakage]
+laminar_a_kg_s_Pa2 = 2.0e-9
 "#;
 
 fn parse(text: &str) -> Rig {
@@ -76,7 +76,10 @@ fn val_contract_rig_is_read_with_its_figures() {
     assert_eq!(rig.value("gas.gas_constant_J_kgK"), Some(287.0));
     assert_eq!(rig.value("carriage.external_force_N"), Some(0.0));
     assert_eq!(rig.value("friction.static_N"), None);
-    assert_eq!(rig.value("effects.leak.conductance"), Some(2e-9));
+    assert_eq!(
+        rig.value("effects.chamber-leakage.laminar_a_kg_s_Pa2"),
+        Some(2e-9)
+    );
     let position = rig.signals.get("x").expect("a position");
     assert_eq!(position.column, Column::Number(3));
     assert!((position.to_si(100.0, 0.0) - 0.1).abs() < 1e-12);
@@ -99,7 +102,7 @@ fn val_uncertainty_is_absolute_and_tables_are_scales() {
     close("valve.null_V", 0.025);
     close("valve.opening_V", 0.03);
     close("friction.coulomb_N", 0.12 * 17.5);
-    close("effects.leak.conductance", 1e-9);
+    close("effects.chamber-leakage.laminar_a_kg_s_Pa2", 1e-9);
     assert_eq!(rig.value("valve.opening_V"), Some(1.0));
     assert_eq!(rig.uncertainty_sd("carriage.mass_kg"), None);
 }
@@ -110,13 +113,13 @@ fn val_replaced_values_are_stored_and_scales_multiplied_in() {
         ("valve.supply_area_m2".to_owned(), 2.0),
         ("friction.static_N".to_owned(), 21.0),
         ("environment.pressure_Pa".to_owned(), 90_000.0),
-        ("effects.cushion.length_m".to_owned(), 0.02),
+        ("effects.tube-line.length_m".to_owned(), 0.02),
     ]);
     let rig = parse(FULL).with_values(&values);
     let valve = rig.valve.as_ref().expect("a valve");
     assert_eq!(valve.supply_area_m2, [1.5e-7, 2.2e-7, 2.4e-5]);
     assert_eq!(rig.value("friction.static_N"), Some(21.0));
-    assert_eq!(rig.value("effects.cushion.length_m"), Some(0.02));
+    assert_eq!(rig.value("effects.tube-line.length_m"), Some(0.02));
     assert!((rig.signals.gauge_zero_pa - 90_000.0).abs() < 1e-9);
     assert_eq!(parse(&rig.to_toml()), rig);
 }
@@ -141,11 +144,17 @@ fn val_every_section_is_optional() {
 
 #[test]
 fn val_effects_are_judged_by_the_caller_with_their_line() {
-    let check = |name: &str, _: &BTreeMap<String, f64>| Err(format!("unknown effect \"{name}\""));
+    let check = |name: &str, _: &BTreeMap<String, f64>| {
+        Err(EffectFault {
+            parameter: None,
+            problem: format!("unknown effect \"{name}\""),
+            expected: "another".into(),
+        })
+    };
     let error = Rig::parse_with(FULL, "rig.toml", &check).expect_err("an unknown effect");
     assert_eq!(
         error.to_string(),
-        "rig.toml:46: effects.leak: unknown effect \"leak\""
+        "rig.toml:46: effects.chamber-leakage: unknown effect \"chamber-leakage\", expected another"
     );
 }
 

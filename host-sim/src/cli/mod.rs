@@ -4,6 +4,7 @@
 pub mod diagnose;
 pub mod inspect;
 pub mod progress;
+pub mod simulate;
 
 use std::io::{self, Write};
 

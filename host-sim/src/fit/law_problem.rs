@@ -153,7 +153,7 @@ impl LawProblem<'_> {
             .iter()
             .map(|state| {
                 Parameter::new(state.guess)
-                    .bounded(state.lower, f64::INFINITY)
+                    .bounded(state.bounds.0, state.bounds.1)
                     .with_prior(state.guess, state.standard_deviation)
                     .with_scale(state.standard_deviation)
             })

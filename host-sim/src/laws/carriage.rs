@@ -32,7 +32,7 @@ pub(super) fn initial_states(recording: &Recording, row: usize, view: View) -> V
         name,
         guess,
         standard_deviation,
-        lower: -1e3,
+        bounds: (-1e3, 1e3),
         measured_by,
     };
     vec![

@@ -51,13 +51,12 @@ pub(super) fn initial_states(
     row: usize,
     view: View,
 ) -> Vec<InitialState> {
-    let ambient_k = Values::<f64> {
+    let values = Values::<f64> {
         rig,
         keys: &[],
         replaced: &[],
-    }
-    .ambient()
-    .temperature_k;
+    };
+    let ambient_k = values.ambient().temperature_k;
     let pressure = |(output, side): (usize, Side)| {
         let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
         let guess = view.value(&recording.time_s, signal, row);
@@ -65,7 +64,7 @@ pub(super) fn initial_states(
             name: if side == Side::A { "p_a" } else { "p_b" },
             guess,
             standard_deviation: INITIAL_PRESSURE_SHARE * guess,
-            lower: 1e3,
+            bounds: (1e3, 1e9),
             measured_by: Some(output),
         }
     };
@@ -73,7 +72,11 @@ pub(super) fn initial_states(
         name: if side == Side::A { "T_a" } else { "T_b" },
         guess: ambient_k,
         standard_deviation: INITIAL_TEMPERATURE_SD_K,
-        lower: 100.0,
+        bounds: if values.has_temperature_state(side) {
+            (100.0, 1000.0)
+        } else {
+            (ambient_k, ambient_k)
+        },
         measured_by: None,
     };
     sides(rig)

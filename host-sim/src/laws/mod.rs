@@ -76,8 +76,8 @@ pub struct InitialState {
     pub guess: f64,
     /// How far it may be from the guess, one standard deviation.
     pub standard_deviation: f64,
-    /// Least possible value.
-    pub lower: f64,
+    /// Least and greatest possible value; equal where it cannot matter.
+    pub bounds: (f64, f64),
     /// Which output is its measurement, if one is.
     pub measured_by: Option<usize>,
 }
