@@ -7,7 +7,7 @@ use super::verdict::{
     Verdict,
 };
 use super::words::{self, Size};
-use super::{LawDiagnosis, Model};
+use super::{LawDiagnosis, Model, knowability};
 use crate::inspect::Fault;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -58,7 +58,7 @@ pub fn verdict(
         ranking: ranking(laws),
         next_experiment: next_experiment(kind, laws),
         alternatives,
-        not_observable: Vec::new(),
+        not_observable: not_observable(laws),
         unknown_term,
         fit: fit(rig, laws, train, held_out),
         parameters: parameters(rig, laws),
@@ -422,7 +422,7 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
 }
 
 fn notes(laws: &[LawDiagnosis]) -> Vec<String> {
-    let mut notes = Vec::new();
+    let mut notes: Vec<String> = laws.iter().flat_map(|law| law.screened.clone()).collect();
     for law in laws {
         for &index in &law.improved.set {
             let candidate = &law.candidates[index];
@@ -449,6 +449,13 @@ fn notes(laws: &[LawDiagnosis]) -> Vec<String> {
         }
     }
     notes
+}
+
+/// Effects that no law at hand could show, whether for want of a signal or of
+/// excitation.
+fn not_observable(laws: &[LawDiagnosis]) -> Vec<String> {
+    let tried = laws.iter().flat_map(|law| law.candidates.iter());
+    knowability::not_observable(tried.map(|candidate| candidate.effect))
 }
 
 fn next_experiment(kind: Kind, laws: &[LawDiagnosis]) -> Option<String> {

@@ -14,6 +14,7 @@
 
 pub mod candidates;
 pub mod fitted;
+pub mod knowability;
 pub mod locate;
 pub mod proof;
 pub mod search;
@@ -84,6 +85,8 @@ pub struct LawDiagnosis {
     pub train: Vec<Vec<Option<Run>>>,
     /// Their runs on the held-out recordings, by model.
     pub held_out: Vec<Vec<Option<Run>>>,
+    /// What the excitation cannot show, and why.
+    pub screened: Vec<String>,
     /// Number of fits made.
     pub fits: usize,
     /// Work done, as seconds of a reference core (see [`fitted::Bench::seconds`]).
@@ -178,6 +181,7 @@ fn diagnose_law(
     let mut bench = Bench::new(law, rig, &thin_tracks);
     let baseline = search::baseline(&bench)?;
     bench.candidates = candidates(law, rig, &thin_tracks, baseline.mean_square[0].sqrt());
+    let screened = knowability::screen(law, &thin_tracks, &mut bench.candidates);
     let outcome = if worth_a_search(&bench, &baseline) {
         search::search(&bench, &baseline, &|stage| {
             progress(&format!("{title}: {stage}"))
@@ -196,7 +200,7 @@ fn diagnose_law(
         Frozen::new(&full, &[], &baseline.shared_values()),
         Frozen::new(&full, &improved.set, &improved.shared_values()),
     ];
-    let masked = masked(&full, &improved);
+    let masked = masked(&bench, &outcome.improved);
     Some(LawDiagnosis {
         law,
         located: locate::locate(law, rig, &tracks, &full.residuals_of(&baseline)),
@@ -210,6 +214,7 @@ fn diagnose_law(
         improved,
         evidence: outcome.evidence,
         rivals: outcome.rivals,
+        screened,
         fits: outcome.fits,
         seconds: bench.seconds() + full.seconds(),
     })

@@ -237,17 +237,6 @@ fn rivals(judge: &mut Judge<'_>, improved: &Fitted, declined: &[Evidence]) -> Ve
             let Some(swapped) = judge.with(&without, rival).filter(|_| !same_effect) else {
                 continue;
             };
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "rival {} for {}: accepted {} ratio {} cv {:?} vs {:?}",
-                    judge.bench.candidates[rival].title(),
-                    judge.bench.candidates[accepted].title(),
-                    judge.evidence(&swapped, &without, rival).accepted,
-                    judge.ratio(improved, &swapped),
-                    judge.judged(improved),
-                    judge.judged(&swapped)
-                );
-            }
             if judge.evidence(&swapped, &without, rival).accepted
                 && judge.ratio(improved, &swapped) > PLAIN_RATIO
             {
