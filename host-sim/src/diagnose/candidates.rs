@@ -174,7 +174,7 @@ fn row_s(tracks: &[Track<'_>]) -> f64 {
 fn position_skew(tracks: &[Track<'_>]) -> Candidate {
     let row = row_s(tracks);
     let reach = 50.0 * row;
-    let starts = [1.0, -1.0, 4.0, -4.0, 16.0, -16.0].map(|rows| rows * row);
+    let starts = [2.0, -2.0, 12.0, -12.0].map(|rows| rows * row);
     // A logger that is out by more than ten rows is rare; the prior is weak
     // against any recording with motion in it, and decides where there is none.
     let prior = Prior {
@@ -302,16 +302,18 @@ fn leakage(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Vec<Candidate> {
     let per_area =
         0.82 * values.gas().flow_coefficient * gas.pressure_pa / gas.temperature_k.sqrt();
     let orifice = [100.0, 10.0].map(|decay_s| mass / decay_s / per_area);
+    // The least leak is not quite nought: there a law may skip it, and its
+    // derivative with it.
     let leak = |form| Candidate::new("chamber-leakage", &[side.place()]).form(form);
     vec![
         onset(leak("laminar").free(
             &format!("laminar_{letter}_kg_s_Pa2"),
-            (0.0, 1e3 * laminar[1]),
+            (1e-6 * laminar[0], 1e3 * laminar[1]),
             &laminar,
         )),
         onset(leak("orifice").free(
             &format!("orifice_{letter}_m2"),
-            (0.0, 1e3 * orifice[1]),
+            (1e-6 * orifice[0], 1e3 * orifice[1]),
             &orifice,
         )),
     ]

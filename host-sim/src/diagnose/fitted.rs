@@ -144,7 +144,7 @@ impl<'a> Bench<'a> {
         let options = Options {
             maximum_iterations: SEARCH_ITERATIONS,
             noise: NoiseVariance::Given(1.0),
-            cost_tolerance: 1e-6,
+            cost_tolerance: 1e-5,
             ..Options::default()
         };
         let fit = solve(&mut problem, &parameters, &options).ok()?;

@@ -37,7 +37,7 @@ use verdict::Verdict;
 
 /// Rows that the search works on where a law may be thinned: the effects it can
 /// have are slow against a recording of this many rows.
-const SEARCH_ROWS: usize = 4000;
+const SEARCH_ROWS: usize = 2500;
 
 /// A misfit whose energy is this much above the noise's is looked into. With
 /// 1000 independent rows the energy of noise alone varies by 4 %.

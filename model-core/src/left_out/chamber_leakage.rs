@@ -45,6 +45,9 @@ impl<R: Real> ChamberLeakage<R> {
     /// Flow out of the chamber and its slope by the chamber's pressure.
     #[inline]
     pub fn outflow(&self, law: &FlowLaw<R>, chamber: GasState<R>, ambient: GasState<R>) -> (R, R) {
+        if self.orifice_area_m2 == R::ZERO && self.laminar_kg_per_s_pa2 == R::ZERO {
+            return (R::ZERO, R::ZERO);
+        }
         let OrificeFlow {
             mass_flow_kg_per_s,
             slope_1_kg_per_s_pa,
