@@ -1,0 +1,293 @@
+//! How the step schemes behave as schemes: their observed order, what they
+//! conserve, where they stay stable, and what `f32` costs.
+
+use model_core::axis::{Axis, AxisInputs, AxisState, PneumaticState, ValveDrive};
+use model_core::carriage::CarriageState;
+use model_core::friction::FrictionLevels;
+use model_core::paper;
+use model_core::real::Real;
+use model_core::valve::{AreaTable, GasState};
+use std::f64::consts::TAU;
+use tests::{PlainState, energy_j, mass_kg, plain_step};
+
+const SUPPLY_PA: f64 = paper::SUPPLY_PRESSURE_PA;
+const AMBIENT_K: f64 = paper::AMBIENT_TEMPERATURE_K;
+const START_PA: f64 = 5.25e5;
+
+fn gas<R: Real>(pressure_pa: f64) -> GasState<R> {
+    GasState {
+        pressure_pa: R::from_f64(pressure_pa),
+        temperature_k: R::from_f64(AMBIENT_K),
+    }
+}
+
+/// Orders between successive halvings, from the ends of four runs whose steps
+/// are h, h/2, h/4 and h/8: log2 of the ratio of neighbouring differences.
+fn observed_orders(ends: [f64; 4]) -> [f64; 2] {
+    let change = |i: usize| (ends[i + 1] - ends[i]).abs();
+    [0, 1].map(|i| (change(i) / change(i + 1)).log2())
+}
+
+fn assert_order(what: &str, expected: f64, ends_by_step: impl Fn(u32) -> f64) {
+    let ends = [1, 2, 4, 8].map(ends_by_step);
+    let orders = observed_orders(ends);
+    println!("{what}: observed orders {orders:.3?}");
+    for order in orders {
+        assert!(
+            (order - expected).abs() < ORDER_MARGIN,
+            "{what}: {order}, expected {expected}"
+        );
+    }
+}
+
+/// Observed orders approach the true one as the step shrinks; at 1/8 ms the
+/// next order of the error still shows by a few hundredths.
+const ORDER_MARGIN: f64 = 0.05;
+
+/// Chambers with the valve open one way and a smooth motion that keeps every
+/// path in one branch of its law.
+fn chambers_end(steps_per_ms: u32, pick: fn(&PneumaticState<f64>) -> f64) -> f64 {
+    let axis = paper::axis::<f64>();
+    let dt_s = 1e-3 / f64::from(steps_per_ms);
+    let mut state = PneumaticState::at_rest(gas(4e5), gas(4e5));
+    let position = |time: f64| 0.08 * (1.0 - (TAU * time).cos());
+    for step in 0..200 * steps_per_ms {
+        let from_s = f64::from(step) * dt_s;
+        let drive = ValveDrive {
+            areas: axis
+                .valve
+                .areas(6.0 + 0.3 * (TAU * (from_s + 0.5 * dt_s)).sin()),
+            supply: gas(SUPPLY_PA),
+        };
+        axis.pneumatics.step(
+            &mut state,
+            Some(&drive),
+            position(from_s),
+            position(from_s + dt_s),
+            dt_s,
+        );
+    }
+    pick(&state)
+}
+
+#[test]
+fn val_chambers_are_of_second_order() {
+    assert_order("pressure a", 2.0, |n| {
+        chambers_end(n, |s| s.a.pressure_pa.value)
+    });
+    assert_order("temperature a", 2.0, |n| {
+        chambers_end(n, |s| s.a.temperature_k.value)
+    });
+    assert_order("pressure b", 2.0, |n| {
+        chambers_end(n, |s| s.b.pressure_pa.value)
+    });
+    assert_order("temperature b", 2.0, |n| {
+        chambers_end(n, |s| s.b.temperature_k.value)
+    });
+}
+
+fn carriage_end(steps_per_ms: u32) -> f64 {
+    let axis = paper::axis::<f64>();
+    let dt_s = 1e-3 / f64::from(steps_per_ms);
+    let mut state = CarriageState::new(0.0, 0.0);
+    for step in 0..300 * steps_per_ms {
+        let middle_s = (f64::from(step) + 0.5) * dt_s;
+        let force = 60.0 * (TAU * middle_s).sin();
+        axis.carriage.step(&mut state, &axis.friction, force, dt_s);
+    }
+    state.position_m.value
+}
+
+#[test]
+fn val_friction_is_of_first_order() {
+    // From 4 steps per ms: above, a step is longer than the bristle's response.
+    assert_order("carriage position", 1.0, |n| carriage_end(4 * n));
+}
+
+fn axis_end(steps_per_ms: u32) -> AxisState<f64> {
+    let dt_s = 1e-3 / f64::from(steps_per_ms);
+    let axis = Axis {
+        dt_s,
+        ..paper::axis::<f64>()
+    };
+    let mut state = AxisState::at_rest(-0.1, START_PA, START_PA, AMBIENT_K, 5.0);
+    for step in 0..200 * steps_per_ms {
+        let middle_s = (f64::from(step) + 0.5) * dt_s;
+        let inputs = AxisInputs {
+            command_v: 5.0 + 1.5 * (TAU * middle_s).sin(),
+            supply_pressure_pa: SUPPLY_PA,
+        };
+        axis.step(&mut state, &inputs);
+    }
+    state
+}
+
+#[test]
+fn val_axis_is_of_first_order() {
+    assert_order("axis position", 1.0, |n| {
+        axis_end(4 * n).carriage.position_m.value
+    });
+    assert_order("axis pressure b", 1.0, |n| {
+        axis_end(4 * n).pneumatics.b.pressure_pa.value
+    });
+}
+
+fn inputs<R: Real>(command_v: f64) -> AxisInputs<R> {
+    AxisInputs {
+        command_v: R::from_f64(command_v),
+        supply_pressure_pa: R::from_f64(SUPPLY_PA),
+    }
+}
+
+/// Mass balance over 1000 s at 1 kHz: 10^6 roundings of 10^-16, summed with
+/// random signs and with the same sign at the worst, stay under this part of
+/// the stored mass.
+const MASS_CLOSES_TO: f64 = 1e-10;
+
+#[test]
+fn prop_whole_axis_conserves_mass_over_a_long_run() {
+    let axis = paper::axis::<f64>();
+    let mut state = PlainState::at_rest(0.0, START_PA, AMBIENT_K);
+    let mut whole = AxisState::at_rest(0.0, START_PA, START_PA, AMBIENT_K, 5.0);
+    let (a, b) = (&axis.pneumatics.chamber_a, &axis.pneumatics.chamber_b);
+    let mut mass = [mass_kg(a, &state.a, 0.0), mass_kg(b, &state.b, 0.0)];
+    let mut passed_kg = 0.0;
+    for step in 0..1_000_000_u32 {
+        let time_s = f64::from(step) * 1e-3;
+        // Centred by its phase: the carriage swings 0.1 m about the middle.
+        let command_v = 5.0 + 1.2 * (TAU * 1.3 * time_s).cos();
+        let flows = plain_step(&axis, &mut state, &inputs(command_v));
+        axis.step(&mut whole, &inputs(command_v));
+        for (slot, flow) in mass.iter_mut().zip(flows) {
+            *slot += flow * axis.dt_s;
+            passed_kg += flow.abs() * axis.dt_s;
+        }
+    }
+    assert_eq!(whole.pneumatics.a, state.a);
+    assert_eq!(whole.pneumatics.b, state.b);
+    assert_eq!(whole.carriage, state.carriage);
+    let x = state.carriage.position_m.value;
+    let stored = [mass_kg(a, &state.a, x), mass_kg(b, &state.b, x)];
+    let error = [0, 1].map(|i| (stored[i] / mass[i] - 1.0).abs());
+    println!("x {x}; {passed_kg:.3} kg passed, balances close to {error:.2e?}");
+    assert!(error.iter().all(|&error| error < MASS_CLOSES_TO));
+}
+
+/// The axis with the valve shut tight and walls that pass no heat.
+fn closed_adiabatic_axis() -> Axis<f64> {
+    let mut axis = paper::axis::<f64>();
+    axis.valve.supply = AreaTable::closed();
+    axis.valve.exhaust = AreaTable::closed();
+    for chamber in [
+        &mut axis.pneumatics.chamber_a,
+        &mut axis.pneumatics.chamber_b,
+    ] {
+        chamber.heat_transfer_charging_w_per_m2_k = 0.0;
+        chamber.heat_transfer_discharging_w_per_m2_k = 0.0;
+    }
+    axis
+}
+
+#[test]
+fn prop_closed_adiabatic_axis_keeps_its_energy() {
+    let mut axis = closed_adiabatic_axis();
+    axis.friction = FrictionLevels {
+        coulomb_n: 0.0,
+        static_n: 0.0,
+        viscous_n_s_per_m: 0.0,
+    };
+    axis.carriage.bristle.damping_n_s_per_m = 0.0;
+    let mut state = AxisState::at_rest(0.0, 6e5, 4e5, AMBIENT_K, 5.0);
+    let (a, b) = (axis.pneumatics.chamber_a, axis.pneumatics.chamber_b);
+    let energy = |state: &AxisState<f64>| {
+        let x = state.carriage.position_m.value;
+        let v = state.carriage.velocity_m_per_s;
+        energy_j(&a, &state.pneumatics.a, x)
+            + energy_j(&b, &state.pneumatics.b, x)
+            + 0.5 * axis.carriage.mass_kg * v * v
+    };
+    let start = energy(&state);
+    let (mut fastest, mut farthest) = (0.0_f64, 0.0_f64);
+    let mut drift = [0.0_f64; 2];
+    for step in 0..200_000 {
+        axis.step(&mut state, &inputs(5.0));
+        fastest = fastest.max(state.carriage.velocity_m_per_s.abs());
+        farthest = farthest.max(state.carriage.position_m.value.abs());
+        let half = usize::from(step >= 100_000);
+        drift[half] = drift[half].max((energy(&state) - start).abs());
+    }
+    println!("{start} J, {fastest} m/s, {farthest} m, drift {drift:.3e?} J");
+}
+
+fn violent<R: Real>(frequency_hz: f64, mass_kg: f64) -> (AxisState<R>, f64, f64) {
+    let mut axis = paper::axis::<R>();
+    axis.carriage.mass_kg = R::from_f64(mass_kg);
+    let start = R::from_f64(START_PA);
+    let mut state = AxisState::at_rest(R::ZERO, start, start, R::from_f64(AMBIENT_K), R::ZERO);
+    let (mut fastest, mut farthest) = (0.0_f64, 0.0_f64);
+    for step in 0..20_000_u32 {
+        let phase = frequency_hz * f64::from(step) * 1e-3 + 0.25;
+        let command = if phase.fract() < 0.5 { 10.0 } else { 0.0 };
+        axis.step(&mut state, &inputs(command));
+        fastest = fastest.max(state.carriage.velocity_m_per_s.value().abs());
+        farthest = farthest.max(state.carriage.position_m.value.value().abs());
+    }
+    (state, fastest, farthest)
+}
+
+#[test]
+fn prop_f32_is_stable_at_1_khz_under_violent_commands() {
+    for (frequency_hz, mass_kg) in [
+        (1.0, 2.0),
+        (1.0, 20.0),
+        (2.0, 2.0),
+        (2.0, 20.0),
+        (3.0, 2.0),
+        (3.0, 20.0),
+        (5.0, 2.0),
+        (5.0, 1.0),
+        (10.0, 2.0),
+        (25.0, 2.0),
+        (50.0, 2.0),
+        (125.0, 2.0),
+        (250.0, 2.0),
+        (500.0, 2.0),
+    ] {
+        let (state, fastest, farthest) = violent::<f32>(frequency_hz, mass_kg);
+        let (state64, ..) = violent::<f64>(frequency_hz, mass_kg);
+        println!(
+            "{frequency_hz} Hz {mass_kg} kg: {fastest:.3} m/s {farthest:.3} m  x {} {} p {} {}",
+            state.carriage.position_m.value,
+            state64.carriage.position_m.value,
+            state.pneumatics.a.pressure_pa.value,
+            state64.pneumatics.a.pressure_pa.value
+        );
+    }
+}
+
+fn sealed_hour<R: Real>() -> (AxisState<R>, AxisState<R>) {
+    let mut axis = paper::axis::<R>();
+    axis.valve.supply = AreaTable::closed();
+    axis.valve.exhaust = AreaTable::closed();
+    let start = R::from_f64(START_PA);
+    let rest = AxisState::at_rest(
+        R::from_f64(0.123),
+        start,
+        start,
+        R::from_f64(AMBIENT_K),
+        R::from_f64(5.0),
+    );
+    let mut state = rest;
+    for _ in 0..3_600_000 {
+        axis.step(&mut state, &inputs(5.0));
+    }
+    (rest, state)
+}
+
+#[test]
+fn prop_a_sealed_axis_at_rest_stays_for_an_hour() {
+    let (rest, after) = sealed_hour::<f32>();
+    assert_eq!(after, rest, "f32");
+    let (rest, after) = sealed_hour::<f64>();
+    assert_eq!(after, rest, "f64");
+}
