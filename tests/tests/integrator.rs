@@ -3,6 +3,7 @@
 
 use model_core::axis::{Axis, AxisInputs, AxisState, PneumaticState, ValveDrive};
 use model_core::carriage::CarriageState;
+use model_core::chamber::ChamberState;
 use model_core::friction::FrictionLevels;
 use model_core::paper;
 use model_core::real::Real;
@@ -139,10 +140,10 @@ fn inputs<R: Real>(command_v: f64) -> AxisInputs<R> {
     }
 }
 
-/// Mass balance over 1000 s at 1 kHz: 10^6 roundings of 10^-16, summed with
-/// random signs and with the same sign at the worst, stay under this part of
-/// the stored mass.
-const MASS_CLOSES_TO: f64 = 1e-10;
+/// Mass balance over 1000 s at 1 kHz, as a part of the stored mass: 10^6
+/// roundings of 10^-16 with random signs, and ten times as much (measured:
+/// 2e-13).
+const MASS_CLOSES_TO: f64 = 1e-12;
 
 #[test]
 fn prop_whole_axis_conserves_mass_over_a_long_run() {
@@ -151,11 +152,13 @@ fn prop_whole_axis_conserves_mass_over_a_long_run() {
     let mut whole = AxisState::at_rest(0.0, START_PA, START_PA, AMBIENT_K, 5.0);
     let (a, b) = (&axis.pneumatics.chamber_a, &axis.pneumatics.chamber_b);
     let mut mass = [mass_kg(a, &state.a, 0.0), mass_kg(b, &state.b, 0.0)];
-    let mut passed_kg = 0.0;
+    let (mut passed_kg, mut farthest) = (0.0, 0.0_f64);
     for step in 0..1_000_000_u32 {
         let time_s = f64::from(step) * 1e-3;
-        // Centred by its phase: the carriage swings 0.1 m about the middle.
-        let command_v = 5.0 + 1.2 * (TAU * 1.3 * time_s).cos();
+        // A little feedback keeps the swing about the middle.
+        let x = state.carriage.position_m.value;
+        let command_v = 5.0 + 1.2 * (TAU * 1.3 * time_s).cos() - 5.0 * x;
+        farthest = farthest.max(x.abs());
         let flows = plain_step(&axis, &mut state, &inputs(command_v));
         axis.step(&mut whole, &inputs(command_v));
         for (slot, flow) in mass.iter_mut().zip(flows) {
@@ -169,7 +172,7 @@ fn prop_whole_axis_conserves_mass_over_a_long_run() {
     let x = state.carriage.position_m.value;
     let stored = [mass_kg(a, &state.a, x), mass_kg(b, &state.b, x)];
     let error = [0, 1].map(|i| (stored[i] / mass[i] - 1.0).abs());
-    println!("x {x}; {passed_kg:.3} kg passed, balances close to {error:.2e?}");
+    println!("to {farthest:.3} m; {passed_kg:.3} kg passed, balances close to {error:?}");
     assert!(error.iter().all(|&error| error < MASS_CLOSES_TO));
 }
 
@@ -208,61 +211,193 @@ fn prop_closed_adiabatic_axis_keeps_its_energy() {
     };
     let start = energy(&state);
     let (mut fastest, mut farthest) = (0.0_f64, 0.0_f64);
-    let mut drift = [0.0_f64; 2];
+    let mut off_j = [0.0_f64; 2];
     for step in 0..200_000 {
         axis.step(&mut state, &inputs(5.0));
         fastest = fastest.max(state.carriage.velocity_m_per_s.abs());
         farthest = farthest.max(state.carriage.position_m.value.abs());
         let half = usize::from(step >= 100_000);
-        drift[half] = drift[half].max((energy(&state) - start).abs());
+        off_j[half] = off_j[half].max((energy(&state) - start).abs());
     }
-    println!("{start} J, {fastest} m/s, {farthest} m, drift {drift:.3e?} J");
+    println!("{start} J, {fastest} m/s, {farthest} m; off by {off_j:?} J");
+    assert!(fastest > 1.0, "the swing has become slow: {fastest} m/s");
+    assert!(off_j[0] < ENERGY_SWINGS_BY_J);
+    assert!(off_j[1] < off_j[0] * ENERGY_DRIFT);
 }
 
-fn violent<R: Real>(frequency_hz: f64, mass_kg: f64) -> (AxisState<R>, f64, f64) {
-    let mut axis = paper::axis::<R>();
-    axis.carriage.mass_kg = R::from_f64(mass_kg);
+/// Force of the carriage's step and work of the chambers' are taken half a step
+/// apart, so that the energy swings with the motion, by part of a step's work
+/// (measured: 0.038 J of 2.1 J kinetic energy), and must not drift.
+const ENERGY_SWINGS_BY_J: f64 = 0.08;
+/// The second 100 s may swing this much further than the first.
+const ENERGY_DRIFT: f64 = 1.02;
+
+/// The frequencies of the square wave, Hz: from longer than the stroke takes to
+/// the fastest that 1 kHz has.
+const SQUARE_WAVES_HZ: [f64; 8] = [0.1, 1.0, 3.0, 5.0, 10.0, 25.0, 125.0, 500.0];
+/// Moving masses, kg: from a piston without a carriage to a heavy load.
+const MASSES_KG: [f64; 3] = [0.5, 2.0, 10.0];
+/// Beyond this position (half a tenth of a second of travel ahead) the command
+/// turns against the motion: stroke ends are not modelled.
+const TURN_AT_M: f64 = 0.1;
+/// The position that no run may pass, m.
+const FARTHEST_M: f64 = 0.12;
+
+/// f32 restarts from the state of f64 after this many steps: 0.25 s, the
+/// horizon that fits of the carriage look over. An open-loop carriage is
+/// unstable in its position, by the physics: over many seconds any rounding grows.
+const STEPS_TOGETHER: u32 = 250;
+
+/// A square wave of +-5 V about the null over 20 s, turned back in time, from
+/// the axis in `R`; `each` sees command and state of every step.
+fn violent_run<R: Real>(
+    axis: &Axis<R>,
+    frequency_hz: f64,
+    mut each: impl FnMut(u32, f64, &AxisState<R>),
+) {
     let start = R::from_f64(START_PA);
-    let mut state = AxisState::at_rest(R::ZERO, start, start, R::from_f64(AMBIENT_K), R::ZERO);
-    let (mut fastest, mut farthest) = (0.0_f64, 0.0_f64);
+    let (kelvin, null_v) = (R::from_f64(AMBIENT_K), R::from_f64(paper::NULL_V));
+    let mut state = AxisState::at_rest(R::ZERO, start, start, kelvin, null_v);
     for step in 0..20_000_u32 {
         let phase = frequency_hz * f64::from(step) * 1e-3 + 0.25;
-        let command = if phase.fract() < 0.5 { 10.0 } else { 0.0 };
-        axis.step(&mut state, &inputs(command));
-        fastest = fastest.max(state.carriage.velocity_m_per_s.value().abs());
-        farthest = farthest.max(state.carriage.position_m.value.value().abs());
+        let (x, v) = position_and_velocity(&state);
+        let ahead_m = x + 0.05 * v;
+        let up = if ahead_m.abs() > TURN_AT_M {
+            ahead_m < 0.0
+        } else {
+            phase.fract() < 0.5
+        };
+        let command_v = if up { 10.0 } else { 0.0 };
+        axis.step(&mut state, &inputs(command_v));
+        each(step, command_v, &state);
     }
-    (state, fastest, farthest)
+}
+
+fn position_and_velocity<R: Real>(state: &AxisState<R>) -> (f64, f64) {
+    let carriage = &state.carriage;
+    (
+        carriage.position_m.value.value(),
+        carriage.velocity_m_per_s.value(),
+    )
+}
+
+fn heavy_axis<R: Real>(mass_kg: f64) -> Axis<R> {
+    let mut axis = paper::axis::<R>();
+    axis.carriage.mass_kg = R::from_f64(mass_kg);
+    axis
+}
+
+/// The same state in f32.
+fn narrowed(wide: &AxisState<f64>) -> AxisState<f32> {
+    let chamber = |state: &ChamberState<f64>| {
+        ChamberState::new(
+            state.pressure_pa.value as f32,
+            state.temperature_k.value as f32,
+        )
+    };
+    let mut narrow = AxisState::at_rest(
+        wide.carriage.position_m.value as f32,
+        0.0,
+        0.0,
+        AMBIENT_K as f32,
+        0.0,
+    );
+    narrow.pneumatics.a = chamber(&wide.pneumatics.a);
+    narrow.pneumatics.b = chamber(&wide.pneumatics.b);
+    narrow.carriage.velocity_m_per_s = wide.carriage.velocity_m_per_s as f32;
+    narrow.carriage.deflection_m = wide.carriage.deflection_m as f32;
+    narrow
 }
 
 #[test]
 fn prop_f32_is_stable_at_1_khz_under_violent_commands() {
-    for (frequency_hz, mass_kg) in [
-        (1.0, 2.0),
-        (1.0, 20.0),
-        (2.0, 2.0),
-        (2.0, 20.0),
-        (3.0, 2.0),
-        (3.0, 20.0),
-        (5.0, 2.0),
-        (5.0, 1.0),
-        (10.0, 2.0),
-        (25.0, 2.0),
-        (50.0, 2.0),
-        (125.0, 2.0),
-        (250.0, 2.0),
-        (500.0, 2.0),
-    ] {
-        let (state, fastest, farthest) = violent::<f32>(frequency_hz, mass_kg);
-        let (state64, ..) = violent::<f64>(frequency_hz, mass_kg);
-        println!(
-            "{frequency_hz} Hz {mass_kg} kg: {fastest:.3} m/s {farthest:.3} m  x {} {} p {} {}",
-            state.carriage.position_m.value,
-            state64.carriage.position_m.value,
-            state.pneumatics.a.pressure_pa.value,
-            state64.pneumatics.a.pressure_pa.value
-        );
+    let mut fastest = 0.0_f64;
+    for frequency_hz in SQUARE_WAVES_HZ {
+        for mass_kg in MASSES_KG {
+            violent_run(&heavy_axis::<f32>(mass_kg), frequency_hz, |_, _, state| {
+                let (x, v) = position_and_velocity(state);
+                assert!(state.is_finite() && x.abs() < FARTHEST_M);
+                fastest = fastest.max(v.abs());
+            });
+        }
     }
+    println!("fastest {fastest} m/s");
+    assert!(fastest > 2.5);
+}
+
+#[test]
+fn prop_f32_axis_follows_f64() {
+    let mut most = [0.0_f64; 3];
+    for frequency_hz in SQUARE_WAVES_HZ {
+        for mass_kg in MASSES_KG {
+            let axis = heavy_axis::<f32>(mass_kg);
+            let mut narrow = AxisState::at_rest(0.0, 0.0, 0.0, 0.0, 0.0);
+            violent_run(
+                &heavy_axis::<f64>(mass_kg),
+                frequency_hz,
+                |step, command_v, wide| {
+                    if step % STEPS_TOGETHER == 0 {
+                        narrow = narrowed(wide);
+                        return;
+                    }
+                    axis.step(&mut narrow, &inputs(command_v));
+                    let ((x32, v32), (x, v)) =
+                        (position_and_velocity(&narrow), position_and_velocity(wide));
+                    let p32 = f64::from(narrow.pneumatics.a.pressure_pa.value);
+                    let p = wide.pneumatics.a.pressure_pa.value;
+                    for (slot, difference) in most.iter_mut().zip([x32 - x, v32 - v, p32 - p]) {
+                        *slot = slot.max(difference.abs());
+                    }
+                },
+            );
+        }
+    }
+    println!("f32 axis differs by {most:?} (m, m/s, Pa)");
+    assert!(most.iter().zip(F32_AXIS).all(|(most, bound)| *most < bound));
+}
+
+/// f32 against f64 over 0.25 s: m, m/s, Pa.
+const F32_AXIS: [f64; 3] = [1.0, 1.0, 1e5];
+
+/// 20 s of motion at up to 2.5 m/s as a recording would impose it, rounded to
+/// the 7.6 um of a 16-bit sensor, with +-5 V at 7 Hz.
+fn imposed<R: Real>() -> Vec<[f64; 4]> {
+    let axis = paper::axis::<R>();
+    let mut state = PneumaticState::at_rest(gas(START_PA), gas(START_PA));
+    let position = |step: u32| {
+        let exact = 0.2 * (TAU * 2.0 * f64::from(step) * 1e-3).sin();
+        R::from_f64((exact / 7.6e-6).round() * 7.6e-6)
+    };
+    (0..20_000_u32)
+        .map(|step| {
+            let up = (7.0 * f64::from(step) * 1e-3).fract() < 0.5;
+            let drive = ValveDrive {
+                areas: axis.valve.areas(R::from_f64(if up { 10.0 } else { 0.0 })),
+                supply: gas(SUPPLY_PA),
+            };
+            let way = (position(step), position(step + 1));
+            axis.pneumatics
+                .step(&mut state, Some(&drive), way.0, way.1, axis.dt_s);
+            [
+                state.a.pressure_pa.value.value(),
+                state.a.temperature_k.value.value(),
+                state.b.pressure_pa.value.value(),
+                state.b.temperature_k.value.value(),
+            ]
+        })
+        .collect()
+}
+
+#[test]
+fn prop_f32_chambers_follow_f64_under_imposed_motion() {
+    let mut most = [0.0_f64; 4];
+    for (narrow, wide) in imposed::<f32>().iter().zip(imposed::<f64>()) {
+        for (slot, (narrow, wide)) in most.iter_mut().zip(narrow.iter().zip(wide)) {
+            assert!(narrow.is_finite());
+            *slot = slot.max((narrow - wide).abs());
+        }
+    }
+    println!("f32 chambers differ by {most:?} (Pa, K)");
 }
 
 fn sealed_hour<R: Real>() -> (AxisState<R>, AxisState<R>) {
