@@ -10,6 +10,8 @@
 //! `$PNEUMA_RECORDINGS`, else beside the workspace in `../shared/recordings`.
 //! Where they are missing the test says so and passes.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
+
 use host_sim::fit::law_problem::LawProblem;
 use host_sim::fit::{Options, solve};
 use host_sim::laws::{Law, Track};

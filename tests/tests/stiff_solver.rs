@@ -10,6 +10,8 @@
 //! is therefore given to it as its value in the middle of the step, the mean of
 //! a smooth signal to second order; what remains is the scheme's own error.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
+
 use diffsol::{MatrixCommon, NalgebraLU, NalgebraMat, OdeBuilder, OdeSolverMethod};
 use model_core::axis::{Axis, AxisInputs, AxisState, PneumaticState, ValveDrive};
 use model_core::carriage::CarriageState;
