@@ -13,6 +13,7 @@ use model_core::left_out::{
 use model_core::paper;
 use model_core::real::{Dual, Real};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use std::f64::consts::TAU;
 use tests::{PlainState, plain_step};
 
@@ -65,6 +66,12 @@ fn at_rest(position_m: f32, pressure_pa: f32, command_v: f32) -> AxisState<f32> 
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig {
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
     #[test]
     fn prop_neutral_effects_leave_the_axis_bit_identical(
         commands_v in prop::collection::vec(0.0_f32..10.0, 200),
@@ -391,6 +398,25 @@ fn val_gradients_of_the_axis_agree_with_differences() {
             keys.len()
         );
     }
+}
+
+#[test]
+fn regress_a_run_with_duals_has_the_bits_of_one_in_f64() {
+    let rig = Rig::parse(RIG, "rig.toml").unwrap();
+    let wide = simulate(&Values::<f64> {
+        rig: &rig,
+        keys: &[],
+        replaced: &[],
+    });
+    let dual = simulate(&Values::<Dual<1>> {
+        rig: &rig,
+        keys: &[],
+        replaced: &[],
+    });
+    assert_eq!(
+        wide.map(f64::to_bits),
+        dual.map(|state| state.value.to_bits())
+    );
 }
 
 /// Change of each state, in its size, per relative change of one parameter.
