@@ -1,6 +1,8 @@
 //! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
 
 pub mod cli;
+pub mod diagnose;
+pub mod effects;
 pub mod fit;
 pub mod inspect;
 pub mod laws;
@@ -8,5 +10,7 @@ pub mod model;
 pub mod recording;
 pub mod report;
 pub mod rig;
+pub mod scenario;
+pub mod simulate;
 mod text;
 pub mod units;

@@ -4,9 +4,12 @@ use std::io;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use host_sim::cli::{self, inspect::InspectArguments};
+use host_sim::cli::{
+    self, diagnose::DiagnoseArguments, inspect::InspectArguments, simulate::SimulateArguments,
+};
 
-/// Servo-pneumatic axes: check recordings against a rig file.
+/// Servo-pneumatic axes: simulate them, check their recordings, say what their
+/// model leaves out.
 #[derive(Parser)]
 #[command(name = "pneuma", version)]
 struct Cli {
@@ -16,14 +19,18 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Diagnose(DiagnoseArguments),
     Inspect(InspectArguments),
+    Simulate(SimulateArguments),
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let mut out = io::stdout().lock();
     let outcome = match &cli.command {
+        Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
+        Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
     };
     ExitCode::from(cli::exit_status(outcome))
 }

@@ -4,8 +4,9 @@
 //! which parameter. Structure comes from the [`Rig`], numbers from [`Values`]:
 //! the rig's own, some of them replaced by those a fit is trying.
 
+use crate::effects;
 use crate::rig::{ChamberModel, FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA};
-use model_core::axis::{CommandPath, Pneumatics};
+use model_core::axis::{Axis, CommandPath, Pneumatics};
 use model_core::carriage::Carriage;
 use model_core::chamber::{Chamber, ChamberGeometry, ThermalModel};
 use model_core::friction::{Bristle, FrictionLevels};
@@ -15,7 +16,7 @@ use model_core::left_out::{
 };
 use model_core::paper;
 use model_core::real::Real;
-use model_core::valve::{AreaTable, FlowLaw, GasState, TableFault, Valve};
+use model_core::valve::{AreaTable, FlowLaw, GasState, TABLE_CAPACITY, TableFault, Valve};
 
 /// Which chamber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,6 +56,44 @@ impl Side {
     }
 }
 
+/// Why a rig is no whole axis: the key to add or to change.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AxisFault {
+    /// The section or `section.key`.
+    pub key: String,
+    /// What is wrong with it.
+    pub problem: String,
+    /// What should stand there.
+    pub expected: String,
+}
+
+impl AxisFault {
+    fn missing(key: &str) -> Self {
+        let what = if key.contains('.') {
+            "a value"
+        } else {
+            "the section"
+        };
+        Self {
+            key: key.into(),
+            problem: "missing".into(),
+            expected: format!("{what}, as a whole axis needs it"),
+        }
+    }
+}
+
+/// What a rig must say before its whole axis can be built; [`Values::valve`]
+/// and the thermal model need their sections besides.
+const AXIS_KEYS: &[&str] = &[
+    "supply.pressure_Pa",
+    "cylinder.stroke_m",
+    "cylinder.area_a_m2",
+    "cylinder.area_b_m2",
+    "cylinder.dead_volume_a_m3",
+    "cylinder.dead_volume_b_m3",
+    "carriage.mass_kg",
+];
+
 /// A rig's numbers, some replaced.
 #[derive(Clone, Copy, Debug)]
 pub struct Values<'a, R> {
@@ -82,6 +121,10 @@ impl<R: Real> Values<'_, R> {
 
     /// An effect's parameter; `neutral` where the effect is not modelled.
     pub fn effect(&self, effect: &str, parameter: &str, neutral: f64) -> R {
+        debug_assert!(
+            effects::is_catalogued(effect, parameter, neutral),
+            "{effect}.{parameter} = {neutral} is not so in the catalogue"
+        );
         self.get_or(&format!("effects.{effect}.{parameter}"), neutral)
     }
 
@@ -193,6 +236,14 @@ impl<R: Real> Values<'_, R> {
         })
     }
 
+    /// Whether the chamber's gas temperature is a state of its own. In a reduced
+    /// model it follows from the pressure, and its start means nothing.
+    pub fn has_temperature_state(&self, side: Side) -> bool {
+        let balance = matches!(self.thermal_model(), ThermalModel::EnergyBalance);
+        let memory = self.side_effect("gas-temperature-dynamics", "memory", side);
+        balance || memory.value() > 0.0
+    }
+
     /// An effect's parameter that each chamber has its own of: `name_a_unit` is
     /// written with the side in the place of `{}`, or at the end.
     fn side_effect(&self, effect: &str, parameter: &str, side: Side) -> R {
@@ -278,11 +329,13 @@ impl<R: Real> Values<'_, R> {
 
     /// The bristle; the paper's where the rig says nothing.
     pub fn bristle(&self) -> Bristle<R> {
+        let declared = self.get_or(
+            "friction.bristle_stiffness_N_m",
+            paper::BRISTLE_STIFFNESS_N_PER_M,
+        );
+        let key = "effects.coulomb-friction.bristle_stiffness_N_m";
         Bristle {
-            stiffness_n_per_m: self.get_or(
-                "friction.bristle_stiffness_N_m",
-                paper::BRISTLE_STIFFNESS_N_PER_M,
-            ),
+            stiffness_n_per_m: self.get(key).unwrap_or(declared),
             damping_n_s_per_m: self.get_or("friction.bristle_damping_Ns_m", 0.0),
             stribeck_velocity_m_per_s: self.get_or(
                 "friction.stribeck_velocity_m_s",
@@ -331,6 +384,68 @@ impl<R: Real> Values<'_, R> {
             ambient_pressure_pa: self.ambient().pressure_pa,
             bristle: self.bristle(),
         }
+    }
+
+    /// The whole axis, for steps of `dt_s`. A rig without `[friction]` slides
+    /// freely, one without `[gas]` or `[environment]` has standard air.
+    pub fn axis(&self, dt_s: f64) -> Result<Axis<R>, AxisFault> {
+        if self.rig.vessel.is_some() {
+            return Err(AxisFault {
+                key: "vessel".into(),
+                problem: "a vessel has no carriage".into(),
+                expected: "[cylinder] in its place".into(),
+            });
+        }
+        if self.rig.chambers.is_none() {
+            return Err(AxisFault::missing("chambers"));
+        }
+        let valve = self.valve().ok_or_else(|| AxisFault::missing("valve"))?;
+        let valve = valve.map_err(table_fault)?;
+        if let Some(key) = AXIS_KEYS.iter().find(|key| self.get(key).is_none()) {
+            return Err(AxisFault::missing(key));
+        }
+        Ok(Axis {
+            command_path: self.command_path(dt_s),
+            valve,
+            pneumatics: self
+                .pneumatics()
+                .ok_or_else(|| AxisFault::missing("cylinder"))?,
+            carriage: self.carriage(),
+            friction: self.friction_levels(),
+            friction_terms: self.friction_terms(),
+            supply_temperature_k: self.ambient().temperature_k,
+            dt_s: R::from_f64(dt_s),
+        })
+    }
+}
+
+fn table_fault(fault: TableFault) -> AxisFault {
+    let (key, problem, expected) = match fault {
+        TableFault::Length(count) => (
+            "valve.opening_V",
+            format!("has {count} points"),
+            format!("2 to {TABLE_CAPACITY} points"),
+        ),
+        TableFault::LengthsDiffer => (
+            "valve.opening_V",
+            "differs in length from the areas".into(),
+            "as many openings as areas".into(),
+        ),
+        TableFault::OpeningNotRising(point) => (
+            "valve.opening_V",
+            format!("point {point} (counted from 0) does not follow"),
+            "openings that begin at 0 and rise".into(),
+        ),
+        TableFault::AreaNotRising(point) => (
+            "valve.supply_area_m2 or valve.exhaust_area_m2",
+            format!("point {point} (counted from 0) is below the one before"),
+            "areas that never fall".into(),
+        ),
+    };
+    AxisFault {
+        key: key.into(),
+        problem,
+        expected,
     }
 }
 

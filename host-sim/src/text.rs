@@ -49,13 +49,16 @@ pub(crate) fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) 
         .map(|(_, name)| name)
 }
 
-/// `"did you mean ..., one of: ..."` for a word that is not among `known`.
+/// `one of: a, b, c (did you mean "b"?)` for a word that is not among `known`.
 pub(crate) fn expected_one_of(word: &str, known: &[&str]) -> String {
-    let list = known.join(", ");
-    match closest(word, known.iter().copied()) {
-        Some(name) => format!("did you mean \"{name}\"? known: {list}"),
-        None => format!("one of: {list}"),
-    }
+    format!("one of: {}{}", known.join(", "), did_you_mean(word, known))
+}
+
+/// ` (did you mean "b"?)` when a known name is close, or nothing.
+pub(crate) fn did_you_mean(word: &str, known: &[&str]) -> String {
+    closest(word, known.iter().copied())
+        .map(|name| format!(" (did you mean \"{}\"?)", one_line(name)))
+        .unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@
 
 use host_sim::fit::law_problem::LawProblem;
 use host_sim::fit::{Options, solve};
-use host_sim::laws::{Law, Track};
+use host_sim::laws::{Law, Track, View};
 use host_sim::model::Values;
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
@@ -40,7 +40,7 @@ const SENSOR_PA: f64 = 259.7;
 /// 66 Pa beside it. Much under the sensor's own error it would be no law.
 const PRESSURE_ERROR_PA: [f64; 2] = [250.0, 280.0];
 
-/// Rms error of the position in windows, twice the 59 um measured: it comes
+/// Rms error of the position in windows, twice the 64 um measured: it comes
 /// from the noise of the velocity that a window starts with (0.5 mm/s) and of
 /// the pressures (0.17 N).
 const WINDOW_ERROR_M: f64 = 0.12e-3;
@@ -183,7 +183,7 @@ fn window_error_m(rig: &Rig, recording: &Recording) -> f64 {
 
 /// Largest error of the position over the whole recording in one run.
 fn farthest_error_m(rig: &Rig, recording: &Recording) -> f64 {
-    let states = Law::Carriage.initial_states(rig, recording, 0);
+    let states = Law::Carriage.initial_states(rig, recording, 0, View::Centred);
     let initial: Vec<f64> = states.iter().map(|state| state.guess).collect();
     let values = Values {
         rig,

@@ -1,7 +1,10 @@
 //! The commands of the `pneuma` program. Each returns an exit status; a bad
 //! input is one line on standard error and status 2.
 
+pub mod diagnose;
 pub mod inspect;
+pub mod progress;
+pub mod simulate;
 
 use std::io::{self, Write};
 

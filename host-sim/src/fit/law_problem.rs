@@ -6,7 +6,7 @@
 //! hand, so the cost of derivatives does not grow with the number of recordings.
 
 use super::{LeastSquares, NormalEquations, Parameter, ResidualSums};
-use crate::laws::{Law, Track};
+use crate::laws::{Law, Track, View};
 use crate::model::Values;
 use crate::rig::Rig;
 use model_core::real::{Dual, Real};
@@ -132,7 +132,9 @@ impl LawProblem<'_> {
             let own = self.scoped(Scope::PerRecording);
             all.extend(own.map(|free| format!("{} of {recording}", free.key)));
             if self.fits_initial_states() {
-                let states = self.law.initial_states(self.rig, track.recording, 0);
+                let states = self
+                    .law
+                    .initial_states(self.rig, track.recording, 0, View::Centred);
                 let name = |state: &crate::laws::InitialState| {
                     format!("{} at the start of {recording}", state.name)
                 };
@@ -147,11 +149,11 @@ impl LawProblem<'_> {
             return Vec::new();
         }
         self.law
-            .initial_states(self.rig, track.recording, 0)
+            .initial_states(self.rig, track.recording, 0, View::Centred)
             .iter()
             .map(|state| {
                 Parameter::new(state.guess)
-                    .bounded(state.lower, f64::INFINITY)
+                    .bounded(state.bounds.0, state.bounds.1)
                     .with_prior(state.guess, state.standard_deviation)
                     .with_scale(state.standard_deviation)
             })
@@ -206,7 +208,7 @@ impl LawProblem<'_> {
         for rows in windows(&track.recording.time_s, window_s) {
             let start: Vec<R> = self
                 .law
-                .initial_states(self.rig, track.recording, rows.start)
+                .initial_states(self.rig, track.recording, rows.start, View::Centred)
                 .iter()
                 .map(|state| R::from_f64(state.guess))
                 .collect();

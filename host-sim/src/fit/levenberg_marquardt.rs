@@ -351,6 +351,22 @@ impl Fit {
 
 /// Fit `parameters` to `problem`.
 ///
+/// ```
+/// use host_sim::fit::{NormalEquations, Options, Parameter, solve};
+///
+/// // A line through four points, its slope bounded.
+/// let mut line = |b: &[f64], equations: &mut NormalEquations| {
+///     for (x, y) in [(0.0, 1.0), (1.0, 3.1), (2.0, 4.9), (3.0, 7.0)] {
+///         equations.add_row(b[0] + b[1] * x - y, &[1.0, x]);
+///     }
+/// };
+/// let parameters = [Parameter::new(0.0), Parameter::new(1.0).bounded(0.0, 5.0)];
+/// let fit = solve(&mut line, &parameters, &Options::default())?;
+/// assert!(fit.converged.is_converged());
+/// assert!((fit.values[1] - 1.98).abs() < 1.0e-6);
+/// # Ok::<(), host_sim::fit::FitError>(())
+/// ```
+///
 /// # Errors
 /// If a parameter or option is not usable, or the model has no finite answer at the start.
 pub fn solve<P: LeastSquares + ?Sized>(

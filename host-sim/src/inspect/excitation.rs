@@ -62,7 +62,11 @@ fn motion(position: &[f64], report: &SignalReport) -> Vec<i8> {
         .collect();
     let largest = moved.iter().fold(0.0_f64, |most, one| most.max(one.abs()));
     let quantum = report.quantum.unwrap_or(0.0);
-    let threshold = (MOTION_NOISE * report.noise)
+    let noise = match report.declared_noise {
+        Some(declared) if !report.noise_visible => declared,
+        _ => report.noise,
+    };
+    let threshold = (MOTION_NOISE * noise)
         .max(1.5 * quantum)
         .max(REST_SHARE * largest);
     moved

@@ -188,6 +188,7 @@ impl Channel<'_> {
             .then(|| self.motion_elsewhere(longest))
             .flatten();
         let quiet = longest.length >= QUIET_ROWS && longest.length >= QUIET_FACTOR * next;
+        let quiet = quiet && self.dithers_at_rest(longest);
         let why = moved.or_else(|| quiet.then(|| self.must_dither()).flatten())?;
         let said = format!(
             "is frozen at {} for {} rows {why}; elsewhere it holds for {next} rows at most",
@@ -251,18 +252,23 @@ impl Channel<'_> {
         fastest > 10.0 * report.noise && fastest > 0.02 * overall
     }
 
+    /// Under a constant speed the position runs straight in time, whatever the
+    /// calibration of either; a bend, or motion under a speed of 0, disproves
+    /// it.
     fn position_contradicts(&self, run: Run) -> Option<String> {
         let report = self.signals.iter().find(|signal| signal.name == "x")?;
-        let position = self.recording.signal("x")?;
-        let moved = position[run.end() - 1] - position[run.start];
+        let position = &self.recording.signal("x")?[run.start..run.end()];
+        let time_s = &self.recording.time_s[run.start..run.end()];
+        let duration_s = time_s[time_s.len() - 1] - time_s[0];
+        // Within its quantum even a sound speed may change unseen.
+        let measured = self.report.quantum.unwrap_or(0.0);
+        let quantum = measured.max(self.report.declared_resolution.unwrap_or(0.0));
+        let least = floor(report).max(duration_s * quantum);
         let path = self.path_by_speed(run)?;
-        let stretch = &position[run.start..run.end()];
-        let low = stretch.iter().copied().reduce(f64::min)?;
-        let high = stretch.iter().copied().reduce(f64::max)?;
-        let off = (moved - path).abs().max(high - low - path.abs());
-        let least = 0.5 * MOVED_SHARE * (report.maximum - report.minimum);
-        (off > least.max(floor(report)))
-            .then(|| format!("while x moves within {:.3e} m", high - low))
+        let moved = position[position.len() - 1] - position[0];
+        let stands = (path.abs() < 0.1 * moved.abs()).then_some(moved.abs());
+        let off = bend(time_s, position).max(stands.unwrap_or(0.0));
+        (off > least).then(|| format!("while x departs from uniform motion by {off:.3e} m"))
     }
 
     fn path_by_speed(&self, run: Run) -> Option<f64> {
@@ -287,6 +293,24 @@ impl Channel<'_> {
                 unit = self.report.unit
             )
         })
+    }
+
+    /// Whether the signal is seen to dither where it rests outside the run:
+    /// some sensors have a dead band, and show noise only in motion.
+    fn dithers_at_rest(&self, run: Run) -> bool {
+        const ROWS: usize = 25;
+        const LEAST_WINDOWS: usize = 5;
+        const DITHERING_SHARE: f64 = 0.9;
+        let Some(noise) = self.report.declared_noise else {
+            return false;
+        };
+        let quiet_span = 8.0 * noise + 2.0 * self.report.quantum.unwrap_or(0.0);
+        let outside = self.values[..run.start]
+            .chunks_exact(ROWS)
+            .chain(self.values[run.end()..].chunks_exact(ROWS));
+        let quiet: Vec<&[f64]> = outside.filter(|rows| span(*rows) <= quiet_span).collect();
+        let dithering = quiet.iter().filter(|rows| dithers(rows)).count();
+        dithering >= LEAST_WINDOWS && as_float(dithering) >= DITHERING_SHARE * as_float(quiet.len())
     }
 
     fn saturated(&self) -> Option<Fault> {
@@ -317,7 +341,11 @@ impl Channel<'_> {
         }
         let edges: usize = held.iter().map(|run| self.steep_edges(*run)).sum();
         let quiet = longest.length >= QUIET_ROWS.max(QUIET_FACTOR * elsewhere);
-        if edges < RAIL_EDGES && !(quiet && self.must_dither().is_some()) {
+        let must_move = || {
+            self.motion_elsewhere(longest).is_some()
+                || (self.must_dither().is_some() && self.dithers_at_rest(longest))
+        };
+        if edges < RAIL_EDGES && !(quiet && must_move()) {
             return None;
         }
         let whole = Run {
@@ -359,8 +387,7 @@ impl Channel<'_> {
         let mut place = 0;
         while place + 1 < leaps.len() {
             let (away, back) = (leaps[place], leaps[place + 1]);
-            let alike = (away.1 + back.1).abs() < 0.5 * away.1.abs().min(back.1.abs());
-            if !alike {
+            if !returns(away.1, back.1) || !self.is_material(away, back) {
                 place += 1;
                 continue;
             }
@@ -368,6 +395,21 @@ impl Channel<'_> {
             place += 2;
         }
         faults
+    }
+
+    /// Whether a leap stands out of what the signal covers otherwise. A force
+    /// leaps by nature, at a break-away or a collision.
+    fn is_material(&self, away: (usize, f64), back: (usize, f64)) -> bool {
+        const SHARE: f64 = 0.2;
+        const FORCE_SHARE: f64 = 1.5;
+        let share = if self.report.name == "force" {
+            FORCE_SHARE
+        } else {
+            SHARE
+        };
+        let before = &self.values[..away.0];
+        let rest = before.iter().chain(&self.values[back.0..]);
+        away.1.abs() > share * span(rest)
     }
 
     /// The rows that the signal enters by a leap, with the leap.
@@ -421,6 +463,41 @@ fn usual_share(steps: usize) -> f64 {
     few.clamp(0.9, 0.999)
 }
 
+/// The largest minus the smallest value; 0 for none.
+fn span<'v>(values: impl IntoIterator<Item = &'v f64>) -> f64 {
+    let start = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = values
+        .into_iter()
+        .fold(start, |(low, high), one| (low.min(*one), high.max(*one)));
+    (high - low).max(0.0)
+}
+
+/// Whether values go up and down from row to row, as noise does and a slow
+/// drift through the quanta does not.
+fn dithers(values: &[f64]) -> bool {
+    const CHANGED_SHARE: f64 = 0.2;
+    const TURNED_SHARE: f64 = 0.4;
+    let steps: Vec<f64> = values
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .filter(|step| step.abs() > 0.0)
+        .collect();
+    let turned = steps
+        .windows(2)
+        .filter(|pair| pair[0] * pair[1] < 0.0)
+        .count();
+    as_float(steps.len()) >= CHANGED_SHARE * as_float(values.len())
+        && as_float(turned) >= TURNED_SHARE * as_float(steps.len())
+}
+
+/// Whether the second leap undoes the first; the signal may have moved on in
+/// between.
+fn returns(away: f64, back: f64) -> bool {
+    const ALIKE: f64 = 3.0;
+    let ratio = -back / away;
+    (1.0 / ALIKE..=ALIKE).contains(&ratio)
+}
+
 fn is_command(name: &str) -> bool {
     matches!(name, "u" | "x_ref")
 }
@@ -428,6 +505,21 @@ fn is_command(name: &str) -> bool {
 /// Below this a change of the signal is no motion.
 fn floor(report: &SignalReport) -> f64 {
     20.0 * report.noise.max(report.quantum.unwrap_or(0.0))
+}
+
+/// The largest distance of a position from the straight line between its ends.
+fn bend(time_s: &[f64], position: &[f64]) -> f64 {
+    let last = position.len() - 1;
+    let duration_s = time_s[last] - time_s[0];
+    if duration_s <= 0.0 {
+        return 0.0;
+    }
+    let slope = (position[last] - position[0]) / duration_s;
+    let line = |time: f64| position[0] + slope * (time - time_s[0]);
+    time_s
+        .iter()
+        .zip(position)
+        .fold(0.0, |most, (time, x)| most.max((x - line(*time)).abs()))
 }
 
 /// The path of a speed, by the trapezoidal rule.

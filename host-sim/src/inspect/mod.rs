@@ -21,7 +21,7 @@ pub use faults::{Fault, FaultKind};
 
 use crate::recording::Recording;
 use crate::rig::Rig;
-use statistics::{as_float, median_step, ordinary_steps, quantile, runs};
+use statistics::{as_float, median_step, ordinary_steps, runs};
 
 /// A step longer than this many median steps is listed as a gap.
 const GAP_STEPS: f64 = 5.0;
@@ -62,7 +62,8 @@ pub struct Timing {
     pub median_step_s: f64,
     /// Rows per second, by the median step.
     pub rate_hz: f64,
-    /// Robust standard deviation of the steps, s.
+    /// Root mean square deviation of the steps from the median, gaps left
+    /// out, s.
     pub jitter_s: f64,
     /// Shortest step, s.
     pub shortest_step_s: f64,
@@ -102,8 +103,8 @@ pub struct SignalReport {
     pub quantum: Option<f64>,
     /// Standard deviation of the noise, quantisation included.
     pub noise: f64,
-    /// False when the quantum hides the noise: the figure is then the
-    /// quantum's, or nothing at all.
+    /// False when the quantum hides the noise, or when the signal moves too
+    /// much from row to row to tell: the noise is then at most the figure.
     pub noise_visible: bool,
     /// What the rig declares.
     pub declared_noise: Option<f64>,
@@ -152,10 +153,6 @@ fn timing(recording: &Recording) -> Timing {
     };
     let median_step_s = median_step(time_s);
     let steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mut deviations: Vec<f64> = steps
-        .iter()
-        .map(|step| (step - median_step_s).abs())
-        .collect();
     let gaps = gaps(recording, &steps, GAP_STEPS * median_step_s);
     Timing {
         first_s: *first_s,
@@ -166,13 +163,18 @@ fn timing(recording: &Recording) -> Timing {
         } else {
             0.0
         },
-        // 1.4826 makes the median absolute deviation a standard deviation.
-        jitter_s: 1.4826 * quantile(&mut deviations, 0.5),
+        jitter_s: jitter(&steps, median_step_s),
         shortest_step_s: steps.iter().copied().reduce(f64::min).unwrap_or(0.0),
         longest_step_s: steps.iter().copied().reduce(f64::max).unwrap_or(0.0),
         gap_count: gaps.len(),
         gaps: gaps.into_iter().take(LISTED_GAPS).collect(),
     }
+}
+
+fn jitter(steps: &[f64], median_s: f64) -> f64 {
+    let ordinary = || steps.iter().filter(|step| **step <= GAP_STEPS * median_s);
+    let squares: f64 = ordinary().map(|step| (step - median_s).powi(2)).sum();
+    (squares / as_float(ordinary().count().max(1))).sqrt()
 }
 
 fn gaps(recording: &Recording, steps: &[f64], longest_s: f64) -> Vec<Gap> {
@@ -193,20 +195,29 @@ fn signal_report(rig: &Rig, recording: &Recording, name: &str, values: &[f64]) -
     /// which alone is `1 / sqrt(12) = 0.29` of it.
     const VISIBLE_SHARE: f64 = 0.35;
     let declared = rig.signals.get(name);
+    /// Noise above this share of the span may be motion ...
+    const RAGGED_SHARE: f64 = 0.02;
+    /// ... and is, when first differences show this much more than third ones.
+    const RAGGED_FACTOR: f64 = 1.25;
     let quantum = statistics::quantum(values);
-    let noise = statistics::noise(values, &ordinary_steps(&recording.time_s));
+    let ordinary = ordinary_steps(&recording.time_s);
+    let noise = statistics::noise(values, &ordinary);
+    let minimum = values.iter().copied().reduce(f64::min).unwrap_or(0.0);
+    let maximum = values.iter().copied().reduce(f64::max).unwrap_or(0.0);
+    let ragged = noise > RAGGED_SHARE * (maximum - minimum)
+        && statistics::roughness(values, &ordinary) > RAGGED_FACTOR * noise;
     let runs = runs(values);
     let longest = runs.iter().map(|run| run.length).max().unwrap_or(0);
     let rows = as_float(values.len().max(1));
     SignalReport {
         name: name.into(),
         unit: si_unit(rig, name),
-        minimum: values.iter().copied().reduce(f64::min).unwrap_or(0.0),
-        maximum: values.iter().copied().reduce(f64::max).unwrap_or(0.0),
+        minimum,
+        maximum,
         mean: values.iter().sum::<f64>() / rows,
         quantum,
         noise,
-        noise_visible: noise > quantum.unwrap_or(0.0) * VISIBLE_SHARE,
+        noise_visible: !ragged && noise > quantum.unwrap_or(0.0) * VISIBLE_SHARE,
         declared_noise: declared.and_then(|signal| signal.noise),
         declared_resolution: declared.and_then(|signal| signal.resolution),
         repeated_share: as_float(values.len() - runs.len()) / rows,

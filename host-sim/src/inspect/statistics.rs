@@ -3,6 +3,8 @@
 /// The variance of the third difference of white noise is 20 times its own:
 /// 1 + 9 + 9 + 1.
 const THIRD_DIFFERENCE_GAIN: f64 = 20.0;
+/// The variance of the first difference of white noise is twice its own.
+const FIRST_DIFFERENCE_GAIN: f64 = 2.0;
 /// Share of the smallest third differences that is used; the rest may be motion.
 const QUIET_SHARE: f64 = 0.7;
 /// Root mean square of the smallest 70 % of a standard normal's magnitudes:
@@ -71,19 +73,36 @@ pub(super) fn ordinary_steps(time_s: &[f64]) -> Vec<bool> {
 /// is smooth over four rows. Quantisation counts as noise; a signal that rests
 /// on one quantum shows none.
 pub(super) fn noise(values: &[f64], ordinary: &[bool]) -> f64 {
-    let mut squares: Vec<f64> = values
+    let squares: Vec<f64> = values
         .windows(4)
         .zip(ordinary.windows(3))
         .filter(|(_, steps)| steps.iter().all(|step| *step))
         .map(|(row, _)| (row[3] - 3.0 * row[2] + 3.0 * row[1] - row[0]).powi(2))
         .collect();
+    quiet_rms(squares) / THIRD_DIFFERENCE_GAIN.sqrt()
+}
+
+/// The same by first differences: more than [`noise`] where the signal moves
+/// from row to row.
+pub(super) fn roughness(values: &[f64], ordinary: &[bool]) -> f64 {
+    let squares: Vec<f64> = values
+        .windows(2)
+        .zip(ordinary)
+        .filter(|(_, ordinary)| **ordinary)
+        .map(|(pair, _)| (pair[1] - pair[0]).powi(2))
+        .collect();
+    quiet_rms(squares) / FIRST_DIFFERENCE_GAIN.sqrt()
+}
+
+/// Standard deviation of normal numbers from the smallest of their squares.
+fn quiet_rms(mut squares: Vec<f64>) -> f64 {
     if squares.is_empty() {
         return 0.0;
     }
     let kept = ((QUIET_SHARE * as_float(squares.len())).ceil() as usize).clamp(1, squares.len());
     squares.select_nth_unstable_by(kept - 1, f64::total_cmp);
     let mean = squares[..kept].iter().sum::<f64>() / as_float(kept);
-    mean.sqrt() / (QUIET_RMS * THIRD_DIFFERENCE_GAIN.sqrt())
+    mean.sqrt() / QUIET_RMS
 }
 
 /// The smallest common step of the values: their differences are whole

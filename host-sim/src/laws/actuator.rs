@@ -33,7 +33,7 @@ pub(super) fn initial_states(recording: &Recording, row: usize) -> Vec<InitialSt
         name: "stem",
         guess,
         standard_deviation: 0.02,
-        lower: -1.0,
+        bounds: (-1.0, 2.0),
         measured_by: Some(0),
     }]
 }

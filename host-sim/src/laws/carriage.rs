@@ -1,7 +1,6 @@
 //! A free carriage driven by recorded pressures, predicting its position.
 
-use super::motion::local_quadratic;
-use super::{InitialState, Output, Sink, Track};
+use super::{InitialState, Output, Sink, Track, View};
 use crate::model::Values;
 use crate::recording::Recording;
 use model_core::carriage::CarriageState;
@@ -13,9 +12,6 @@ use std::ops::Range;
 /// error is several times the noise of a good position sensor (measured: 5 mm/s
 /// against 1.6 mm/s rms of velocity).
 const LONGEST_STEP_S: f64 = 2.5e-4;
-/// Rows on each side from which position and velocity at a window's start are
-/// estimated.
-const START_HALF_WIDTH: usize = 4;
 
 pub(super) const OUTPUT: Output = Output {
     signal: "x",
@@ -23,26 +19,24 @@ pub(super) const OUTPUT: Output = Output {
     unit: "m",
 };
 
-pub(super) fn initial_states(recording: &Recording, row: usize) -> Vec<InitialState> {
+pub(super) fn initial_states(recording: &Recording, row: usize, view: View) -> Vec<InitialState> {
     let time = &recording.time_s;
     let position = recording.signal("x").unwrap_or(&[]);
-    let from = row.saturating_sub(START_HALF_WIDTH);
-    let to = (row + START_HALF_WIDTH + 1).min(position.len());
-    let [x, slope, _] = local_quadratic(&time[from..to], &position[from..to], time[row]);
+    let (x, slope) = view.value_and_slope(time, position, row);
     let velocity = match recording.signal("v") {
-        Some(v) => local_quadratic(&time[from..to], &v[from..to], time[row])[0],
+        Some(v) => view.value(time, v, row),
         None => slope,
     };
     let state = |name, guess, standard_deviation, measured_by| InitialState {
         name,
         guess,
         standard_deviation,
-        lower: -1e3,
+        bounds: (-1e3, 1e3),
         measured_by,
     };
     vec![
         state("x", x, 1e-3, Some(0)),
-        state("v", velocity, 1e-2, None),
+        state("v", velocity, 1e-2, Some(0)),
     ]
 }
 
@@ -64,10 +58,8 @@ pub(super) fn predict<R: Real>(
     let at_start = |p: &[f64]| R::from_f64(p.get(rows.start).copied().unwrap_or(f64::NAN));
     let (p_a, p_b) = (at_start(a), at_start(b));
     let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
-    let acceleration = acceleration_m_per_s2(track, rows.start);
-    let inertia_n = carriage.mass_kg * R::from_f64(acceleration);
-    let rest_n = drive(p_a, p_b) - inertia_n;
-    state.deflection_m = start_deflection(&carriage.bristle, &levels, initial[1], rest_n);
+    let drive_n = drive(p_a, p_b);
+    state.deflection_m = start_deflection(&carriage.bristle, &levels, initial[1], drive_n);
     sink.row(rows.start, &[initial[0]], initial);
     for row in rows.start..rows.end.saturating_sub(1) {
         let dt_s = track.dt_s(row);
@@ -85,27 +77,27 @@ pub(super) fn predict<R: Real>(
     }
 }
 
-fn acceleration_m_per_s2(track: &Track<'_>, row: usize) -> f64 {
-    let motion = track.motion.as_ref();
-    motion.map_or(0.0, |motion| motion.acceleration_m_per_s2[row])
-}
-
-/// Deflection with which the bristle carries what force the motion leaves over,
-/// as far as it can.
+/// Deflection at the start of a window: steady where the carriage slides; where
+/// it stands, the one that carries the drive force, as far as stiction can.
 ///
-/// Not from the motion before the window: a carriage that stands under load
-/// (stiction) has its bristle bent since long ago, and beginning such a window
-/// with a relaxed bristle lets the carriage break away, millimetres within the
-/// window.
+/// Not from the motion before the window: a carriage that stands under load has
+/// its bristle bent since long ago, and beginning with a relaxed bristle lets it
+/// break away, millimetres within the window. A wrong guess while sliding is
+/// forgotten within 0.1 mm of way.
 fn start_deflection<R: Real>(
     bristle: &Bristle<R>,
     levels: &FrictionLevels<R>,
     velocity_m_per_s: R,
-    friction_n: R,
+    drive_n: R,
 ) -> R {
     let most_n = levels.sliding_n(bristle, velocity_m_per_s);
-    let carried_n = friction_n - levels.viscous_n_s_per_m * velocity_m_per_s;
-    carried_n.clamp(-most_n, most_n) / bristle.stiffness_n_per_m
+    let slides = velocity_m_per_s.abs() > bristle.stribeck_velocity_m_per_s;
+    let carried_n = if slides {
+        most_n * velocity_m_per_s.signum()
+    } else {
+        drive_n.clamp(-most_n, most_n)
+    };
+    carried_n / bristle.stiffness_n_per_m
 }
 
 #[cfg(test)]

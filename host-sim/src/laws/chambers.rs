@@ -1,6 +1,6 @@
 //! Chambers driven by recorded position, command and supply pressure.
 
-use super::{InitialState, Output, Sink, Track, delayed};
+use super::{InitialState, Output, Sink, Track, View, delayed};
 use crate::model::{Side, Values};
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -22,6 +22,11 @@ const COMMAND_WARM_UP_S: f64 = 0.2;
 /// K, one standard deviation: half the excursion of a full-speed stroke.
 const INITIAL_TEMPERATURE_SD_K: f64 = 20.0;
 
+/// How far the pressure at the start may be from the recorded one, as a part
+/// of it, one standard deviation: noise is far less, but a model with its own
+/// error fits best from a start that is a little off.
+const INITIAL_PRESSURE_SHARE: f64 = 5e-3;
+
 /// Sides with a recorded pressure.
 fn sides(rig: &Rig) -> impl Iterator<Item = Side> + '_ {
     Side::BOTH
@@ -40,23 +45,26 @@ pub(super) fn outputs(rig: &Rig) -> Vec<Output> {
 }
 
 /// Pressure and temperature of each recorded chamber.
-pub(super) fn initial_states(rig: &Rig, recording: &Recording, row: usize) -> Vec<InitialState> {
-    let ambient_k = Values::<f64> {
+pub(super) fn initial_states(
+    rig: &Rig,
+    recording: &Recording,
+    row: usize,
+    view: View,
+) -> Vec<InitialState> {
+    let values = Values::<f64> {
         rig,
         keys: &[],
         replaced: &[],
-    }
-    .ambient()
-    .temperature_k;
+    };
+    let ambient_k = values.ambient().temperature_k;
     let pressure = |(output, side): (usize, Side)| {
         let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
-        let guess = signal.get(row).copied().unwrap_or(1e5);
+        let guess = view.value(&recording.time_s, signal, row);
         InitialState {
             name: if side == Side::A { "p_a" } else { "p_b" },
             guess,
-            // The sample knows it to its noise; the model's own error is more.
-            standard_deviation: 0.05 * guess,
-            lower: 1e3,
+            standard_deviation: INITIAL_PRESSURE_SHARE * guess,
+            bounds: (1e3, 1e9),
             measured_by: Some(output),
         }
     };
@@ -64,7 +72,11 @@ pub(super) fn initial_states(rig: &Rig, recording: &Recording, row: usize) -> Ve
         name: if side == Side::A { "T_a" } else { "T_b" },
         guess: ambient_k,
         standard_deviation: INITIAL_TEMPERATURE_SD_K,
-        lower: 100.0,
+        bounds: if values.has_temperature_state(side) {
+            (100.0, 1000.0)
+        } else {
+            (ambient_k, ambient_k)
+        },
         measured_by: None,
     };
     sides(rig)
@@ -111,7 +123,7 @@ pub(super) fn predict<R: Real>(
     initial: &[R],
     sink: &mut impl Sink<R>,
 ) {
-    let Some(pneumatics) = values.pneumatics() else {
+    let Some(mut pneumatics) = values.pneumatics() else {
         return;
     };
     let valve = values.valve().and_then(Result::ok);
@@ -125,12 +137,17 @@ pub(super) fn predict<R: Real>(
         supply_temperature_k: values.ambient().temperature_k,
         skew_s: values.effect("position-time-skew", "delay_s", 0.0),
     };
+    let onset_s = values.effect("chamber-leakage", "onset_s", f64::NEG_INFINITY);
+    let leaks = (pneumatics.leak_a, pneumatics.leak_b);
     let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
     let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows)));
     let mut state = start(&sides, initial);
     let mut shown = pressures(&sides, &state);
     report(&sides, &state, &shown, rows.start, sink);
     for row in rows.start..rows.end.saturating_sub(1) {
+        let open = share_open(drive.time_s, row, onset_s);
+        pneumatics.leak_a = leaks.0.scaled(open);
+        pneumatics.leak_b = leaks.1.scaled(open);
         let valve_now = spool
             .as_ref()
             .map(|(valve, spool)| (valve, spool[row - rows.start]));
@@ -139,6 +156,12 @@ pub(super) fn predict<R: Real>(
         lag(&mut shown, &pressures(&sides, &state), lag_s, dt);
         report(&sides, &state, &shown, row + 1, sink);
     }
+}
+
+/// The part of a row after the leak has opened.
+fn share_open<R: Real>(time_s: &[f64], row: usize, onset_s: R) -> R {
+    let length = R::from_f64(time_s[row + 1] - time_s[row]);
+    ((R::from_f64(time_s[row + 1]) - onset_s) / length).clamp(R::ZERO, R::ONE)
 }
 
 /// One row, in as many steps as its length asks for.

@@ -19,6 +19,41 @@ use model_core::real::Real;
 use std::ops::Range;
 
 pub use motion::Motion;
+pub(crate) use motion::{median_step_s, white_noise};
+
+/// Which rows an initial state may be estimated from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// Both sides of the row: for fits.
+    Centred,
+    /// The row and those before it: for predictions that could be made live.
+    UpToNow,
+}
+
+impl View {
+    /// The value of a signal at a row, by a local fit over a few rows.
+    fn value(self, time_s: &[f64], signal: &[f64], row: usize) -> f64 {
+        self.value_and_slope(time_s, signal, row).0
+    }
+
+    /// Value and slope of a signal at a row.
+    fn value_and_slope(self, time_s: &[f64], signal: &[f64], row: usize) -> (f64, f64) {
+        /// Rows on each side, or before.
+        const REACH: usize = 4;
+        let from = row.saturating_sub(if self == Self::Centred {
+            REACH
+        } else {
+            2 * REACH
+        });
+        let to = match self {
+            Self::Centred => (row + REACH + 1).min(signal.len()),
+            Self::UpToNow => (row + 1).min(signal.len()),
+        };
+        let [value, slope, _] =
+            motion::local_quadratic(&time_s[from..to], &signal[from..to], time_s[row]);
+        (value, slope)
+    }
+}
 
 /// A signal that a law predicts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,8 +76,8 @@ pub struct InitialState {
     pub guess: f64,
     /// How far it may be from the guess, one standard deviation.
     pub standard_deviation: f64,
-    /// Least possible value.
-    pub lower: f64,
+    /// Least and greatest possible value; equal where it cannot matter.
+    pub bounds: (f64, f64),
     /// Which output is its measurement, if one is.
     pub measured_by: Option<usize>,
 }
@@ -118,11 +153,17 @@ impl Law {
     }
 
     /// The states that a recording (or a window of it) begins with.
-    pub fn initial_states(self, rig: &Rig, recording: &Recording, row: usize) -> Vec<InitialState> {
+    pub fn initial_states(
+        self,
+        rig: &Rig,
+        recording: &Recording,
+        row: usize,
+        view: View,
+    ) -> Vec<InitialState> {
         match self {
-            Self::Chambers => chambers::initial_states(rig, recording, row),
+            Self::Chambers => chambers::initial_states(rig, recording, row, view),
             Self::Force => Vec::new(),
-            Self::Carriage => carriage::initial_states(recording, row),
+            Self::Carriage => carriage::initial_states(recording, row, view),
             Self::Actuator => actuator::initial_states(recording, row),
         }
     }
@@ -142,6 +183,12 @@ impl Law {
             Self::Carriage => carriage::predict(values, track, rows, initial, sink),
             Self::Actuator => actuator::predict(values, track, rows, initial, sink),
         }
+    }
+
+    /// Whether its recordings may be thinned for the search: a closed chamber is
+    /// slow, and an algebraic or stiff law is not.
+    pub fn may_be_thinned(self, rig: &Rig) -> bool {
+        self == Self::Chambers && rig.valve.is_none()
     }
 
     /// The window in which it is fitted, s; `None`: the whole recording at once.

@@ -126,13 +126,14 @@ fn commented_header(
 /// Splits a header into names; the header may use another separator than the
 /// rows do, which shows by giving the right number of names.
 fn header_names(text: &str, separator: Separator, columns: usize) -> Vec<String> {
-    let others = [b',', b'\t', b';'].map(Separator::Byte);
-    let order = [separator].into_iter().chain(others);
-    let order = order.chain([Separator::Blanks]);
-    let candidates = order.map(|separator| names_by(text, separator));
-    let own = names_by(text, separator);
-    let mut fitting = candidates.filter(|names| names.len() == columns);
-    fitting.next().unwrap_or(own)
+    // From the one that names hold least often; blanks are common in names.
+    let others = [b';', b'\t', b','].map(Separator::Byte);
+    let own = Some(separator).filter(|own| *own != Separator::Blanks);
+    let order = own.into_iter().chain(others).chain([Separator::Blanks]);
+    let mut candidates = order.map(|separator| names_by(text, separator));
+    candidates
+        .find(|names| names.len() == columns)
+        .unwrap_or_else(|| names_by(text, separator))
 }
 
 fn names_by(text: &str, separator: Separator) -> Vec<String> {
@@ -158,8 +159,14 @@ fn text_of(line: &[u8]) -> String {
     }
 }
 
-pub(super) fn is_number(text: &str) -> bool {
-    text.parse::<f64>().is_ok()
+/// A number, also one with a decimal comma: that row is data to complain about.
+fn is_number(text: &str) -> bool {
+    text.parse::<f64>().is_ok() || is_decimal_comma(text)
+}
+
+/// A number that would be one with a point in place of its comma.
+pub(super) fn is_decimal_comma(text: &str) -> bool {
+    text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok()
 }
 
 fn without_trailing_empty(line: &[u8], fields: &[Range<usize>]) -> usize {
@@ -192,12 +199,9 @@ fn separator_of(row: &[u8]) -> Separator {
 fn numbers_with_blank(field: &[u8]) -> bool {
     let pieces = split(field, Separator::Blanks);
     pieces.len() > 1
-        && pieces.iter().all(|piece| {
-            std::str::from_utf8(&field[piece.clone()]).is_ok_and(|text| {
-                let text = text.replace(',', ".");
-                is_number(&text)
-            })
-        })
+        && pieces
+            .iter()
+            .all(|piece| std::str::from_utf8(&field[piece.clone()]).is_ok_and(is_number))
 }
 
 /// The fields of a line, trimmed of blanks, as ranges.

@@ -63,6 +63,24 @@ impl Recording {
         }
     }
 
+    /// Every `stride`-th row.
+    #[must_use]
+    pub fn thinned(&self, stride: usize) -> Self {
+        fn pick<T: Copy>(column: &[T], stride: usize) -> Vec<T> {
+            column.iter().copied().step_by(stride.max(1)).collect()
+        }
+        Self {
+            time_s: pick(&self.time_s, stride),
+            signals: self
+                .signals
+                .iter()
+                .map(|(name, column)| (name.clone(), pick(column, stride)))
+                .collect(),
+            line: pick(&self.line, stride),
+            ..self.clone()
+        }
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.time_s.len()

@@ -5,10 +5,10 @@ use std::io::{BufRead, BufReader, Read};
 use std::ops::Range;
 use std::path::Path;
 
-use super::layout::{Layout, Line, is_blank, is_comment, split_into, unquoted};
+use super::layout::{Layout, Line, is_blank, is_comment, is_decimal_comma, split_into, unquoted};
 use super::{MAXIMUM_ROWS, Recording, RecordingError};
 use crate::rig::{Column, Signal, Signals};
-use crate::text::{closest, one_line};
+use crate::text::{did_you_mean, one_line};
 
 /// A longer line is no table: a binary file, or one without line ends.
 const LONGEST_LINE_BYTES: usize = 1 << 20;
@@ -463,10 +463,6 @@ fn damaged(file: &str, line: u32) -> RecordingError {
     error(file, Some(line), problem, TABLE)
 }
 
-fn is_decimal_comma(text: &str) -> bool {
-    text.matches(',').count() == 1 && text.replace(',', ".").parse::<f64>().is_ok()
-}
-
 fn find_column(
     file: &str,
     layout: &Layout,
@@ -509,10 +505,9 @@ fn find_name(
         }
         (None, _) => {
             let problem = format!("no column \"{shown}\" for the signal {signal}");
-            let hint = closest(name, names.iter().map(String::as_str))
-                .map(|name| format!("did you mean \"{name}\"? "))
-                .unwrap_or_default();
-            let expected = format!("{hint}the file has: {}", listed(names));
+            let known: Vec<&str> = names.iter().map(String::as_str).collect();
+            let hint = did_you_mean(name, &known);
+            let expected = format!("one of the file's columns: {}{hint}", listed(names));
             Err(error(file, line, problem, expected))
         }
     }

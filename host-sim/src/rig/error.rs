@@ -43,3 +43,14 @@ impl std::error::Error for RigError {}
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the rig has no place for \"{0}\"")]
 pub struct UnknownKey(pub String);
+
+/// What is wrong with one `[effects.NAME]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EffectFault {
+    /// The parameter, when it is one; else the effect's own name.
+    pub parameter: Option<String>,
+    /// What is wrong.
+    pub problem: String,
+    /// What should stand there.
+    pub expected: String,
+}

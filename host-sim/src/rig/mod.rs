@@ -11,7 +11,8 @@
 //! * [`Rig::to_toml`]: structs to text (`write.rs`).
 //!
 //! All values are SI, pressures absolute. Every section is optional. The names
-//! of `[effects.NAME]` are not known here: give a check to [`Rig::parse_with`].
+//! of `[effects.NAME]` are those of [`crate::effects`]; [`Rig::parse_with`] takes
+//! another judge.
 //!
 //! Limits: comments and the layout of a rig file are not kept by
 //! [`Rig::to_toml`].
@@ -23,9 +24,11 @@ mod write;
 
 use std::collections::BTreeMap;
 
-pub use error::{RigError, UnknownKey};
+pub use error::{EffectFault, RigError, UnknownKey};
+pub(crate) use keys::{COMMAND, Limits, PRESSURE, TEMPERATURE, limits, positive};
 pub use keys::{ValveTable, numeric_keys};
 pub use read::{EffectCheck, signal_dimension};
+pub(crate) use read::{line_at, numeric, read_text, shown};
 
 use crate::units::Unit;
 
@@ -136,6 +139,17 @@ impl Signal {
         } else {
             scaled
         }
+    }
+
+    /// The number to record for an SI value: the inverse of [`Signal::to_si`].
+    pub fn from_si(&self, value_si: f64, gauge_zero_pa: f64) -> f64 {
+        let counted = if self.unit.is_gauge() {
+            value_si - gauge_zero_pa
+        } else {
+            value_si
+        };
+        let unscaled = (counted - self.offset.unwrap_or(0.0)) / self.scale.unwrap_or(1.0);
+        (unscaled - self.unit.to_si(0.0)) / self.unit.factor()
     }
 }
 

@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
@@ -15,9 +16,10 @@ use super::keys::{
     uncertainty_is_absolute,
 };
 use super::{
-    Actuator, Carriage, ChamberModel, Chambers, Column, Cylinder, Environment, FORMAT, Friction,
-    Gas, Horizon, Rig, RigError, Signal, Supply, Valve, Vessel,
+    Actuator, Carriage, ChamberModel, Chambers, Column, Cylinder, EffectFault, Environment, FORMAT,
+    Friction, Gas, Horizon, Rig, RigError, Signal, Supply, Valve, Vessel,
 };
+use crate::effects;
 use crate::text::{closest, expected_one_of, one_line};
 use crate::units::{Dimension, Unit};
 
@@ -30,7 +32,7 @@ const AREA_OVER_BORE: f64 = 1.1;
 const STATIC_OVER_COULOMB: f64 = 0.5;
 
 /// Judges one `[effects.NAME]`: its name and parameters, or what is wrong.
-pub type EffectCheck<'a> = &'a dyn Fn(&str, &BTreeMap<String, f64>) -> Result<(), String>;
+pub type EffectCheck<'a> = &'a dyn Fn(&str, &BTreeMap<String, f64>) -> Result<(), EffectFault>;
 
 /// The signals there are, and what each may measure.
 const SIGNALS: &[(&str, &[Dimension])] = &[
@@ -67,56 +69,66 @@ const SIGNAL_KEYS: &[&str] = &["column", "unit", "noise", "resolution", "scale",
 type Entry<'t> = Spanned<DeValue<'t>>;
 
 impl Rig {
-    /// Reads a rig file.
+    /// Reads a rig file; its effects must be in [`effects::EFFECTS`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, RigError> {
-        Self::read_with(path, &|_, _| Ok(()))
+        Self::read_with(path, &effects::check)
     }
 
-    /// Reads a rig file and judges its effects.
+    /// Reads a rig file with another judge of its effects.
     pub fn read_with(path: impl AsRef<Path>, effects: EffectCheck) -> Result<Self, RigError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let text = read_text(path, &name)?;
+        let text = read_text(path, &name, "a rig file")?;
         Self::parse_with(&text, &name, effects)
     }
 
     /// Reads the text of a rig file; `name` is what error lines call it.
     pub fn parse(text: &str, name: &str) -> Result<Self, RigError> {
-        Self::parse_with(text, name, &|_, _| Ok(()))
+        Self::parse_with(text, name, &effects::check)
     }
 
-    /// As [`Rig::parse`], with a judge of the effects' names and parameters.
+    /// As [`Rig::parse`], with another judge of the effects' names and parameters.
     pub fn parse_with(text: &str, name: &str, effects: EffectCheck) -> Result<Self, RigError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut reader = Reader {
-            file: name,
-            text,
-            rig: Self::default(),
-            places: BTreeMap::new(),
-        };
-        reader.read(effects)?;
+        let mut reader = Reader::new(text, name);
+        let document = DeTable::parse(text).map_err(|error| {
+            let problem = format!("not valid TOML: {}", one_line(error.message()));
+            reader.error(error.span(), None, problem, "")
+        })?;
+        reader.read(document.get_ref(), effects)?;
+        Ok(reader.rig)
+    }
+
+    /// Reads a rig that stands as a table inside of another file's text.
+    pub(crate) fn from_table(table: &DeTable, text: &str, name: &str) -> Result<Self, RigError> {
+        let mut reader = Reader::new(text, name);
+        reader.read(table, &effects::check)?;
         Ok(reader.rig)
     }
 }
 
-fn read_text(path: &Path, name: &str) -> Result<String, RigError> {
-    let error = |problem: String, expected: &str| RigError {
+pub(crate) fn read_text(path: &Path, name: &str, kind: &str) -> Result<String, RigError> {
+    let error = |problem: String| RigError {
         file: name.into(),
         line: None,
         key: None,
         problem,
-        expected: expected.into(),
+        expected: kind.into(),
     };
-    let cannot = |cause: std::io::Error| error(format!("cannot be read: {cause}"), "a rig file");
+    let cannot = |cause: std::io::Error| error(format!("cannot be read: {cause}"));
     let metadata = fs::metadata(path).map_err(cannot)?;
     if metadata.is_dir() {
-        return Err(error("is a directory".into(), "a rig file"));
+        return Err(error("is a directory".into()));
     }
-    if metadata.len() > LARGEST_FILE_BYTES {
-        return Err(error("is larger than 1 MiB".into(), "a rig file"));
+    // Devices have no length: read one byte beyond the limit instead.
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(cannot)?;
+    let mut limited = file.take(LARGEST_FILE_BYTES + 1);
+    let read = limited.read_to_end(&mut bytes).map_err(cannot)?;
+    if u64::try_from(read).is_ok_and(|read| read > LARGEST_FILE_BYTES) {
+        return Err(error("is larger than 1 MiB".into()));
     }
-    let bytes = fs::read(path).map_err(cannot)?;
-    String::from_utf8(bytes).map_err(|_| error("is not UTF-8 text".into(), "a TOML rig file"))
+    String::from_utf8(bytes).map_err(|_| error("is not UTF-8 text".into()))
 }
 
 struct Reader<'t> {
@@ -128,12 +140,16 @@ struct Reader<'t> {
 }
 
 impl<'t> Reader<'t> {
-    fn read(&mut self, effects: EffectCheck) -> Result<(), RigError> {
-        let document = DeTable::parse(self.text).map_err(|error| {
-            let problem = format!("not valid TOML: {}", error.message());
-            self.error(error.span(), None, problem, "")
-        })?;
-        let root = document.get_ref();
+    fn new(text: &'t str, file: &'t str) -> Self {
+        Self {
+            file,
+            text,
+            rig: Rig::default(),
+            places: BTreeMap::new(),
+        }
+    }
+
+    fn read(&mut self, root: &DeTable<'t>, effects: EffectCheck) -> Result<(), RigError> {
         self.note_places(root);
         self.check_format(root)?;
         for (name, entry) in root {
@@ -465,6 +481,7 @@ impl<'t> Reader<'t> {
             let mut parameters = BTreeMap::new();
             for (parameter, entry) in self.table(&key, entry)? {
                 let key = format!("{key}.{}", parameter.get_ref());
+                self.places.insert(key.clone(), parameter.span());
                 self.check_name(&key, parameter)?;
                 let value = self.number(&key, entry, &ANY)?;
                 parameters.insert(parameter.get_ref().to_string(), value);
@@ -493,8 +510,13 @@ impl<'t> Reader<'t> {
     fn check_effects(&self, check: EffectCheck) -> Result<(), RigError> {
         for (name, parameters) in &self.rig.effects {
             let key = format!("effects.{name}");
-            check(name, parameters)
-                .map_err(|problem| self.error(self.place(&key), Some(&key), problem, ""))?;
+            check(name, parameters).map_err(|fault| {
+                let key = match &fault.parameter {
+                    Some(parameter) => format!("{key}.{parameter}"),
+                    None => key,
+                };
+                self.at(&key, fault.problem, &fault.expected)
+            })?;
         }
         Ok(())
     }
@@ -712,9 +734,14 @@ impl<'t> Reader<'t> {
     }
 
     fn line_of(&self, offset: usize) -> usize {
-        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        1 + before.iter().filter(|byte| **byte == b'\n').count()
+        line_at(self.text, offset)
     }
+}
+
+/// The line, from 1, that holds the byte at `offset`.
+pub(crate) fn line_at(text: &str, offset: usize) -> usize {
+    let before = &text.as_bytes()[..offset.min(text.len())];
+    1 + before.iter().filter(|byte| **byte == b'\n').count()
 }
 
 const ANY: Limits = Limits {
@@ -750,7 +777,7 @@ const ABSOLUTE_DEVIATION: Limits = Limits {
     expected: "a standard deviation in volts, 0 to 1000",
 };
 
-fn numeric(entry: &Entry) -> Option<f64> {
+pub(crate) fn numeric(entry: &Entry) -> Option<f64> {
     match entry.get_ref() {
         DeValue::Float(float) => float.as_str().parse().ok(),
         DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
@@ -766,7 +793,7 @@ fn whole_as_float(integer: i64) -> f64 {
 }
 
 /// What stands there, for an error line.
-fn shown(entry: &Entry) -> String {
+pub(crate) fn shown(entry: &Entry) -> String {
     match entry.get_ref() {
         DeValue::String(text) => format!("the text \"{}\"", one_line(text)),
         DeValue::Integer(integer) => one_line(integer.as_str()),

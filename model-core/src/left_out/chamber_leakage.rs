@@ -33,6 +33,15 @@ impl<R: Real> ChamberLeakage<R> {
         orifice_area_m2: R::ZERO,
     };
 
+    /// The same leak, open to this part.
+    #[must_use]
+    pub fn scaled(&self, share: R) -> Self {
+        Self {
+            laminar_kg_per_s_pa2: self.laminar_kg_per_s_pa2 * share,
+            orifice_area_m2: self.orifice_area_m2 * share,
+        }
+    }
+
     /// Flow out of the chamber and its slope by the chamber's pressure.
     #[inline]
     pub fn outflow(&self, law: &FlowLaw<R>, chamber: GasState<R>, ambient: GasState<R>) -> (R, R) {

@@ -1,0 +1,102 @@
+//! `pneuma simulate`: a scenario to a recording.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::CommandError;
+use crate::report::{Provenance, number};
+use crate::scenario::Scenario;
+use crate::simulate::{Simulation, Table, page, recorded, simulate};
+use crate::text::file_name;
+
+/// Simulate an axis: rig and command in, recording out.
+///
+/// A carriage that leaves its stroke ends the simulation early: what was
+/// simulated is written, a note says when, and the exit status is 0.
+#[derive(Args, Clone, Debug)]
+pub struct SimulateArguments {
+    /// The scenario file.
+    pub scenario: PathBuf,
+    /// The recording to write, a CSV file that the same rig's signals read.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Also write a page with plots and key figures.
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+}
+
+/// Runs the command, writing a summary to `out`.
+pub fn run(arguments: &SimulateArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let bad_input = |error: &dyn ToString| CommandError::BadInput(error.to_string());
+    let scenario = Scenario::read(&arguments.scenario).map_err(|error| bad_input(&error))?;
+    let simulation = simulate(&scenario).map_err(|error| bad_input(&error))?;
+    let table = recorded(&scenario, &simulation).map_err(|error| bad_input(&error))?;
+    write_table(&table, &arguments.out).map_err(|error| cannot_write(&arguments.out, &error))?;
+    if let Some(path) = &arguments.report {
+        let mut page = page(&scenario, &simulation);
+        page.provenance(provenance(arguments, &scenario));
+        page.write(path)
+            .map_err(|error| cannot_write(path, &error))?;
+    }
+    summarise(arguments, &simulation, out)?;
+    Ok(())
+}
+
+fn write_table(table: &Table, path: &Path) -> std::io::Result<()> {
+    let mut file = BufWriter::new(File::create(path)?);
+    table.write(&mut file)?;
+    file.flush()
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> CommandError {
+    let path = file_name(&path.display().to_string());
+    CommandError::BadInput(format!("{path}: cannot be written: {error}"))
+}
+
+fn summarise(
+    arguments: &SimulateArguments,
+    simulation: &Simulation,
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
+    let figures = simulation.key_figures();
+    let last_s = simulation.samples.last().map_or(0.0, |last| last.time_s);
+    writeln!(
+        out,
+        "{}: {} rows, 0 to {last_s} s",
+        file_name(&arguments.out.display().to_string()),
+        simulation.samples.len(),
+    )?;
+    writeln!(
+        out,
+        "  peak speed {} m/s, travel {} mm, lowest gas temperature {} K in chamber {}",
+        number::fixed(figures.peak_speed_m_s.0, 3),
+        number::fixed(1e3 * figures.travel_m, 1),
+        number::fixed(figures.lowest_temperature_k.0, 1),
+        figures.coldest.letter(),
+    )?;
+    if let Some(note) = simulation.note() {
+        writeln!(out, "  note: {note}")?;
+    }
+    out.flush()
+}
+
+fn provenance(arguments: &SimulateArguments, scenario: &Scenario) -> Provenance {
+    let shown = |path: &Path| file_name(&path.display().to_string());
+    let report = arguments.report.as_deref().map(shown).unwrap_or_default();
+    let command = format!(
+        "pneuma simulate {} --out {} --report {report}",
+        shown(&arguments.scenario),
+        shown(&arguments.out),
+    );
+    let seed = scenario
+        .noise_seed
+        .map_or("none".into(), |seed| seed.to_string());
+    Provenance::new(command)
+        .fact("version", env!("CARGO_PKG_VERSION"))
+        .fact("integration step", format!("{} s", scenario.step_s()))
+        .fact("row step", format!("{} s", scenario.sample_s))
+        .fact("seed of the noise", seed)
+}

@@ -1,0 +1,540 @@
+//! From the diagnosis of each law to one verdict and one improved rig.
+
+use super::candidates::Candidate;
+use super::proof::Run;
+use super::verdict::{
+    Effect, Estimate, Figures, Fit, FitFigures, Kind, Located, Parameter, Ranked, UnknownTerm,
+    Verdict,
+};
+use super::words::{self, Size};
+use super::{LawDiagnosis, Model};
+use crate::inspect::Fault;
+use crate::recording::Recording;
+use crate::rig::Rig;
+use std::collections::BTreeMap;
+
+/// The refitted baseline's error may exceed the noise by this before something
+/// is said to be missing: the energy of a tenth, as where the search begins.
+const TO_THE_NOISE: f64 = 1.10;
+/// An improved model that explains less than this of what was missing leaves
+/// the verdict at unknown.
+const EXPLAINED: f64 = 0.5;
+
+/// The rig with refitted parameters and named effects. What belongs to one
+/// recording (a logger's skew) is no part of a rig.
+pub fn improved_rig(rig: &Rig, laws: &[LawDiagnosis]) -> Rig {
+    let mut improved = rig.clone();
+    for law in laws {
+        for &index in &law.improved.set {
+            for (key, value) in &law.candidates[index].switches {
+                // Keys of effects always have a place.
+                let _ = improved.set_value(key, *value);
+            }
+        }
+        improved = improved.with_values(&law.improved.shared_values());
+    }
+    improved
+}
+
+/// Puts the verdict together.
+pub fn verdict(
+    rig: &Rig,
+    laws: &[LawDiagnosis],
+    faults: &[(String, Fault)],
+    train: &[Recording],
+    held_out: &[Recording],
+) -> Verdict {
+    let effects = effects(laws);
+    let alternatives = alternatives(laws);
+    let unknown_term = unknown_term(laws);
+    let kind = kind(laws, faults, &alternatives, unknown_term.is_some());
+    let located = located(laws);
+    Verdict {
+        format: "verdict/1",
+        verdict: kind,
+        sentence: sentence(kind, laws, faults, &located, &alternatives),
+        located,
+        effects,
+        ranking: ranking(laws),
+        next_experiment: next_experiment(kind, laws),
+        alternatives,
+        not_observable: Vec::new(),
+        unknown_term,
+        fit: fit(rig, laws, train, held_out),
+        parameters: parameters(rig, laws),
+        notes: notes(laws),
+        seconds: laws.iter().map(|law| law.seconds).sum(),
+    }
+}
+
+fn kind(
+    laws: &[LawDiagnosis],
+    faults: &[(String, Fault)],
+    alternatives: &[Vec<String>],
+    unknown: bool,
+) -> Kind {
+    let named = laws.iter().any(|law| !law.improved.set.is_empty());
+    if !faults.is_empty() {
+        Kind::DataFault
+    } else if laws.is_empty() {
+        Kind::NotObservable
+    } else if unknown {
+        Kind::Unknown
+    } else if !named {
+        Kind::NothingMissing
+    } else if alternatives.is_empty() {
+        Kind::Named
+    } else {
+        Kind::Ambiguous
+    }
+}
+
+/// Name of a parameter without its effect's prefix and its recording.
+fn short_name(name: &str) -> &str {
+    let key = name.split(" of ").next().unwrap_or(name);
+    key.rsplit_once('.').map_or(key, |(_, short)| short)
+}
+
+/// Fitted sizes of a candidate's parameters.
+fn sizes(law: &LawDiagnosis, candidate: &Candidate) -> Vec<Size> {
+    let fitted = &law.improved;
+    fitted
+        .names
+        .iter()
+        .zip(&fitted.values)
+        .zip(&fitted.standard_deviations)
+        .filter(|((name, _), _)| {
+            candidate
+                .free
+                .iter()
+                .any(|free| **name == free.key || name.starts_with(&format!("{} of ", free.key)))
+        })
+        .map(|((name, &value), &std)| Size {
+            parameter: short_name(name).to_owned(),
+            value,
+            std,
+        })
+        .collect()
+}
+
+/// Named effects; the same effect at two places is one.
+fn effects(laws: &[LawDiagnosis]) -> Vec<Effect> {
+    let mut all: Vec<Effect> = Vec::new();
+    for law in laws {
+        for evidence in law.evidence.iter().filter(|evidence| evidence.accepted) {
+            let candidate = &law.candidates[evidence.candidate];
+            let parameters = sizes(law, candidate)
+                .into_iter()
+                .map(|size| {
+                    let estimate = Estimate {
+                        value: size.value,
+                        std: size.std,
+                    };
+                    (size.parameter, estimate)
+                })
+                .collect();
+            let places = candidate.places.iter().map(ToString::to_string).collect();
+            let effect = Effect {
+                effect: candidate.effect.into(),
+                form: candidate.form.map(Into::into),
+                places,
+                probability: evidence.probability,
+                parameters,
+                masked: law.masked.get(&evidence.candidate).copied().unwrap_or(0.0),
+                share: evidence.share,
+            };
+            match all.iter_mut().find(|known| known.effect == effect.effect) {
+                Some(known) => merge(known, effect),
+                None => all.push(effect),
+            }
+        }
+    }
+    all.sort_by(|a, b| {
+        b.probability
+            .total_cmp(&a.probability)
+            .then(b.share.total_cmp(&a.share))
+    });
+    all
+}
+
+fn merge(known: &mut Effect, other: Effect) {
+    known.places.extend(other.places);
+    known.parameters.extend(other.parameters);
+    known.probability = known.probability.max(other.probability);
+    known.masked = known.masked.max(other.masked);
+    known.share = known.share.max(other.share);
+}
+
+fn ranking(laws: &[LawDiagnosis]) -> Vec<Ranked> {
+    let mut all: Vec<Ranked> = laws
+        .iter()
+        .flat_map(|law| {
+            law.evidence.iter().map(|evidence| {
+                let candidate = &law.candidates[evidence.candidate];
+                Ranked {
+                    effect: candidate.effect.into(),
+                    form: candidate.form.map(Into::into),
+                    places: candidate.places.iter().map(ToString::to_string).collect(),
+                    probability: evidence.probability,
+                    gain: evidence.gain,
+                    declined: evidence.reason(),
+                }
+            })
+        })
+        .collect();
+    all.sort_by(|a, b| {
+        b.probability
+            .total_cmp(&a.probability)
+            .then(b.gain.total_cmp(&a.gain))
+    });
+    all
+}
+
+fn alternatives(laws: &[LawDiagnosis]) -> Vec<Vec<String>> {
+    laws.iter()
+        .flat_map(|law| {
+            law.rivals.iter().map(|&(accepted, rival)| {
+                vec![
+                    law.candidates[accepted].effect.to_owned(),
+                    law.candidates[rival].effect.to_owned(),
+                ]
+            })
+        })
+        .collect()
+}
+
+fn located(laws: &[LawDiagnosis]) -> Vec<Located> {
+    let mut all: Vec<Located> = laws
+        .iter()
+        .flat_map(|law| law.located.iter())
+        .map(|located| Located {
+            place: located.place.clone(),
+            share: located.share,
+            signals: vec![located.signal.clone()],
+            intervals_s: located.intervals.clone(),
+            when: located.when.clone(),
+        })
+        .collect();
+    // A sensor named as the culprit is a place of its own.
+    for law in laws {
+        for &index in &law.improved.set {
+            for place in &law.candidates[index].places {
+                if !all.iter().any(|located| located.place == *place) {
+                    all.push(implied(law, index, place));
+                }
+            }
+        }
+    }
+    all.sort_by(|a, b| b.share.total_cmp(&a.share));
+    all
+}
+
+/// A place that shows only through an effect that was named there.
+fn implied(law: &LawDiagnosis, index: usize, place: &str) -> Located {
+    let share = law
+        .evidence
+        .iter()
+        .find(|evidence| evidence.candidate == index)
+        .map_or(0.0, |evidence| evidence.share.clamp(0.0, 1.0));
+    let signal = place.strip_prefix("sensor.").unwrap_or("");
+    Located {
+        place: place.to_owned(),
+        share,
+        signals: if signal.is_empty() {
+            Vec::new()
+        } else {
+            vec![signal.to_owned()]
+        },
+        intervals_s: Vec::new(),
+        when: format!("found through {}", law.candidates[index].effect),
+    }
+}
+
+/// Energy above the noise that is left of the baseline's, worst output.
+fn explained(law: &LawDiagnosis) -> f64 {
+    let outputs = law
+        .baseline
+        .mean_square
+        .iter()
+        .zip(&law.improved.mean_square);
+    outputs
+        .zip(&law.noise)
+        .map(|((before, after), noise)| {
+            let above = |square: f64| (square - noise.powi(2)).max(0.0);
+            1.0 - above(*after) / above(*before).max(f64::MIN_POSITIVE)
+        })
+        .fold(1.0, f64::min)
+}
+
+/// A law whose misfit is material and unexplained: the missing term as a table
+/// over the variable that explains most of it.
+fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
+    let law = laws.iter().find(|law| {
+        let missed = law
+            .baseline
+            .mean_square
+            .iter()
+            .zip(&law.noise)
+            .any(|(square, noise)| *square > TO_THE_NOISE * noise.powi(2));
+        missed && explained(law) < EXPLAINED && !law.evidence.is_empty()
+    })?;
+    let located = law.located.first()?;
+    let variable = located.variables.first()?;
+    let unit = if located.signal.starts_with('p') {
+        "Pa"
+    } else {
+        "SI"
+    };
+    Some(UnknownTerm {
+        place: located.place.clone(),
+        of: vec![variable.name.clone()],
+        expression: located.when.clone(),
+        unit: unit.into(),
+        table: variable
+            .bins
+            .iter()
+            .map(|&(at, mean, spread, count)| (at, mean, spread / (count.max(1) as f64).sqrt()))
+            .collect(),
+    })
+}
+
+/// Figures of every model, training and held out.
+fn fit(rig: &Rig, laws: &[LawDiagnosis], train: &[Recording], held_out: &[Recording]) -> Fit {
+    let figures = |model: Model| {
+        let mut figures = FitFigures::default();
+        for law in laws {
+            let outputs = law.law.outputs(rig);
+            for (index, output) in outputs.iter().enumerate() {
+                let name = output.signal.to_owned();
+                let trained = &law.train[model as usize];
+                let held = law.held_out.get(model as usize);
+                let none = Vec::new();
+                let held = held.unwrap_or(&none);
+                let error = |runs: &[Option<Run>],
+                             pick: fn(&Run) -> &Vec<f64>,
+                             recordings: &[Recording]| {
+                    pooled(runs, recordings, |run| pick(run)[index])
+                };
+                let normal = |recordings: &[Recording]| spread(recordings, output.signal);
+                let put = |figures: &mut Figures, value: Option<f64>, by: Option<f64>| {
+                    if let (Some(value), Some(by)) = (value, by) {
+                        figures.insert(name.clone(), value / by);
+                    }
+                };
+                put(
+                    &mut figures.train,
+                    error(trained, |run| &run.horizon, train),
+                    normal(train),
+                );
+                put(
+                    &mut figures.held_out,
+                    error(held, |run| &run.horizon, held_out),
+                    normal(held_out),
+                );
+                put(
+                    &mut figures.free_run_train,
+                    error(trained, |run| &run.free_run, train),
+                    Some(1.0),
+                );
+                put(
+                    &mut figures.free_run_held_out,
+                    error(held, |run| &run.free_run, held_out),
+                    Some(1.0),
+                );
+            }
+        }
+        figures
+    };
+    Fit {
+        as_given: figures(Model::Given),
+        refitted: figures(Model::Refitted),
+        improved: figures(Model::Improved),
+        noise_floor: noise_floor(rig, laws, train, held_out),
+    }
+}
+
+/// Root of the mean over recordings, weighted by their rows.
+fn pooled(
+    runs: &[Option<Run>],
+    recordings: &[Recording],
+    square: impl Fn(&Run) -> f64,
+) -> Option<f64> {
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for (run, recording) in runs.iter().zip(recordings) {
+        let weight = recording.len() as f64;
+        sum += weight * run.as_ref().map(&square)?;
+        rows += weight;
+    }
+    (rows > 0.0).then(|| (sum / rows).sqrt())
+}
+
+fn spread(recordings: &[Recording], signal: &str) -> Option<f64> {
+    let all: Vec<f64> = recordings
+        .iter()
+        .filter_map(|recording| recording.signal(signal))
+        .flatten()
+        .copied()
+        .collect();
+    let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+    let variance = all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / all.len().max(1) as f64;
+    (variance > 0.0).then(|| variance.sqrt())
+}
+
+fn noise_floor(
+    rig: &Rig,
+    laws: &[LawDiagnosis],
+    train: &[Recording],
+    held_out: &[Recording],
+) -> FitFigures {
+    let mut figures = FitFigures::default();
+    for law in laws {
+        for (output, &noise) in law.law.outputs(rig).iter().zip(&law.noise) {
+            let name = output.signal.to_owned();
+            if let Some(by) = spread(train, output.signal) {
+                figures.train.insert(name.clone(), noise / by);
+                figures.free_run_train.insert(name.clone(), noise);
+            }
+            if let Some(by) = spread(held_out, output.signal) {
+                figures.held_out.insert(name.clone(), noise / by);
+                figures.free_run_held_out.insert(name, noise);
+            }
+        }
+    }
+    figures
+}
+
+fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
+    let mut all = BTreeMap::new();
+    for law in laws {
+        let (before, after) = (law.baseline.shared_values(), law.improved.shared_values());
+        for key in before.keys().chain(after.keys()) {
+            let index = law.improved.names.iter().position(|name| name == key);
+            let parameter = Parameter {
+                given: rig.value(key),
+                refitted: before.get(key).copied(),
+                improved: after.get(key).copied(),
+                std: index.and_then(|index| law.improved.standard_deviations[index]),
+            };
+            all.insert(key.clone(), parameter);
+        }
+    }
+    all
+}
+
+fn notes(laws: &[LawDiagnosis]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for law in laws {
+        for &index in &law.improved.set {
+            let candidate = &law.candidates[index];
+            let own: Vec<String> = law
+                .improved
+                .names
+                .iter()
+                .zip(&law.improved.values)
+                .filter(|(name, _)| name.contains(" of ") && name.contains(candidate.effect))
+                .map(|(name, value)| {
+                    let recording = name
+                        .rsplit_once(" of ")
+                        .map_or("", |(_, recording)| recording);
+                    format!("{} s in {recording}", words::digits(*value))
+                })
+                .collect();
+            if !own.is_empty() {
+                notes.push(format!(
+                    "{} belongs to each recording and is no part of the improved rig: {}",
+                    candidate.effect,
+                    own.join(", ")
+                ));
+            }
+        }
+    }
+    notes
+}
+
+fn next_experiment(kind: Kind, laws: &[LawDiagnosis]) -> Option<String> {
+    match kind {
+        Kind::Ambiguous => laws.iter().find_map(|law| {
+            let &(accepted, rival) = law.rivals.first()?;
+            Some(words::separating(
+                law.candidates[accepted].effect,
+                law.candidates[rival].effect,
+            ))
+        }),
+        Kind::NotObservable => Some(
+            "Record the signals that a law of this rig needs: x with p_a or p_b for the chambers, \
+             x with force or both pressures for the carriage, u with x for an actuator."
+                .into(),
+        ),
+        _ => None,
+    }
+}
+
+fn sentence(
+    kind: Kind,
+    laws: &[LawDiagnosis],
+    faults: &[(String, Fault)],
+    located: &[Located],
+    alternatives: &[Vec<String>],
+) -> String {
+    match kind {
+        Kind::DataFault => {
+            let more = if faults.len() > 1 {
+                format!(" (and {} more)", faults.len() - 1)
+            } else {
+                String::new()
+            };
+            let first = faults.first();
+            let text = first.map_or_else(String::new, |(name, fault)| {
+                format!("{name}: {}", fault.sentence)
+            });
+            format!("The recordings are at fault: {text}{more}.")
+        }
+        Kind::NotObservable => {
+            "These signals drive no law of this rig: nothing can be said of its physics.".into()
+        }
+        Kind::NothingMissing => nothing_missing(laws),
+        Kind::Unknown => unknown_sentence(located),
+        Kind::Named | Kind::Ambiguous => named_sentence(laws, alternatives),
+    }
+}
+
+fn nothing_missing(laws: &[LawDiagnosis]) -> String {
+    let to_noise = laws.iter().all(|law| {
+        let outputs = law.baseline.mean_square.iter().zip(&law.noise);
+        outputs
+            .into_iter()
+            .all(|(square, noise)| *square <= TO_THE_NOISE * noise.powi(2))
+    });
+    if to_noise {
+        "Nothing is missing: with its ordinary parameters refitted the model explains the recordings to the noise.".into()
+    } else {
+        "Nothing material is missing: no effect improves the prediction of data left out of the fit.".into()
+    }
+}
+
+fn unknown_sentence(located: &[Located]) -> String {
+    let (place, when) = located.first().map_or(("the model", ""), |located| {
+        (located.place.as_str(), located.when.as_str())
+    });
+    format!(
+        "Something is missing at {place} that no effect of the list explains: the misfit {when}."
+    )
+}
+
+fn named_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String {
+    let mut named = Vec::new();
+    for law in laws {
+        let accepted = law.evidence.iter().filter(|evidence| evidence.accepted);
+        for evidence in accepted {
+            let candidate = &law.candidates[evidence.candidate];
+            named.push(words::named(candidate, &sizes(law, candidate)));
+        }
+    }
+    let rivals: Vec<String> = alternatives.iter().map(|pair| pair.join(" or ")).collect();
+    let doubt = if rivals.is_empty() {
+        String::new()
+    } else {
+        format!("; these recordings cannot tell {}", rivals.join(", nor "))
+    };
+    format!("The model leaves out {}{doubt}.", named.join("; "))
+}

@@ -1,0 +1,523 @@
+//! What might be missing: for a law and a rig, the effects worth trying, each
+//! as parameters to free and switches to set.
+//!
+//! An effect whose parameter the engineer declared uncertain is no candidate:
+//! it is an ordinary parameter, refitted in the baseline.
+
+use crate::fit::law_problem::{FreeParameter, Scope};
+use crate::fit::{Parameter, Prior};
+use crate::laws::{Law, Track, white_noise};
+use crate::model::{Side, Values};
+use crate::rig::{ChamberModel, Rig};
+use model_core::valve::GasState;
+
+/// One effect in one form at one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Name of the effect, as in the verdict.
+    pub effect: &'static str,
+    /// Which form of it, where there are several.
+    pub form: Option<&'static str>,
+    /// Where it acts.
+    pub places: Vec<&'static str>,
+    /// Numbers that are set while it is in the model.
+    pub switches: Vec<(String, f64)>,
+    /// Parameters that are free while it is in the model.
+    pub free: Vec<FreeParameter>,
+    /// Starting points: one value per free parameter each.
+    pub starts: Vec<Vec<f64>>,
+}
+
+impl Candidate {
+    /// What a person calls it: effect, form and place.
+    pub fn title(&self) -> String {
+        let form = self
+            .form
+            .map(|form| format!(" ({form})"))
+            .unwrap_or_default();
+        format!("{}{form} at {}", self.effect, self.places.join(" and "))
+    }
+
+    fn new(effect: &'static str, places: &[&'static str]) -> Self {
+        Self {
+            effect,
+            form: None,
+            places: places.to_vec(),
+            switches: Vec::new(),
+            free: Vec::new(),
+            starts: vec![Vec::new()],
+        }
+    }
+
+    fn form(mut self, form: &'static str) -> Self {
+        self.form = Some(form);
+        self
+    }
+
+    fn switch(mut self, parameter: &str, value: f64) -> Self {
+        self.switches
+            .push((format!("effects.{}.{parameter}", self.effect), value));
+        self
+    }
+
+    /// A parameter with its box and its starts. Starts of several parameters
+    /// go together: the first with the first, and so on (the last is repeated).
+    fn free(self, parameter: &str, bounds: (f64, f64), starts: &[f64]) -> Self {
+        self.free_as(parameter, Scope::Shared, bounds, None, starts)
+    }
+
+    fn free_as(
+        mut self,
+        parameter: &str,
+        scope: Scope,
+        (lower, upper): (f64, f64),
+        prior: Option<Prior>,
+        starts: &[f64],
+    ) -> Self {
+        let scale = starts
+            .iter()
+            .fold(0.0_f64, |most, start| most.max(start.abs()));
+        self.free.push(FreeParameter {
+            key: format!("effects.{}.{parameter}", self.effect),
+            scope,
+            parameter: Parameter {
+                start: starts[0],
+                lower,
+                upper,
+                prior,
+                scale: if scale > 0.0 { scale } else { 1.0 },
+            },
+        });
+        let count = self.starts.len().max(starts.len());
+        self.starts = (0..count)
+            .map(|index| {
+                let mut point = self.starts[index.min(self.starts.len() - 1)].clone();
+                point.push(starts[index.min(starts.len() - 1)]);
+                point
+            })
+            .collect();
+        self
+    }
+}
+
+/// The parameters that an engineer typed with an uncertainty and that act on
+/// this law: they are refitted before anything is said to be missing.
+pub fn ordinary(law: Law, rig: &Rig) -> Vec<FreeParameter> {
+    rig.uncertainty
+        .keys()
+        .filter(|key| acts_on(law, rig, key))
+        .filter_map(|key| {
+            let mean = rig.value(key)?;
+            let standard_deviation = rig.uncertainty_sd(key)?;
+            let (lower, upper) = ordinary_bounds(key, mean, standard_deviation);
+            Some(FreeParameter {
+                key: key.clone(),
+                scope: Scope::Shared,
+                parameter: Parameter::new(mean)
+                    .bounded(lower, upper)
+                    .with_prior(mean, standard_deviation)
+                    .with_scale(standard_deviation),
+            })
+        })
+        .collect()
+}
+
+/// Quantities that are positive by nature stay positive; otherwise ten
+/// standard deviations, far beyond what the prior lets the data reach.
+fn ordinary_bounds(key: &str, mean: f64, standard_deviation: f64) -> (f64, f64) {
+    let reach = 10.0 * standard_deviation;
+    let signed = key.ends_with("_V") && !key.ends_with("opening_V")
+        || key.ends_with("external_force_N")
+        || key.starts_with("actuator.stem_");
+    if key.ends_with("_index") {
+        (1.0, (mean + reach).min(1.8))
+    } else if signed || mean <= 0.0 {
+        (mean - reach, mean + reach)
+    } else {
+        ((mean - reach).max(0.02 * mean), mean + reach)
+    }
+}
+
+fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
+    let section = key.split('.').next().unwrap_or("");
+    match law {
+        Law::Chambers => match section {
+            "supply" => rig.valve.is_some(),
+            "valve" | "chambers" | "vessel" | "gas" | "environment" => true,
+            "cylinder" => !key.contains("stroke") && !key.contains("bore"),
+            _ => false,
+        },
+        Law::Force | Law::Carriage => {
+            matches!(section, "carriage" | "friction") || key.starts_with("cylinder.area")
+        }
+        Law::Actuator => section == "actuator",
+    }
+}
+
+/// What may be tried on a law.
+pub fn candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit: f64) -> Vec<Candidate> {
+    match law {
+        Law::Chambers => chamber_candidates(rig, tracks),
+        Law::Force | Law::Carriage => friction_candidates(law, rig, tracks, misfit),
+        Law::Actuator => actuator_candidates(tracks),
+    }
+}
+
+/// Median time from row to row over all recordings, s.
+fn row_s(tracks: &[Track<'_>]) -> f64 {
+    let steps = |track: &Track<'_>| crate::laws::median_step_s(&track.recording.time_s);
+    tracks.iter().map(steps).fold(f64::INFINITY, f64::min)
+}
+
+/// The time skew of the position's channel: a property of a recording's
+/// logging, hence one per recording.
+fn position_skew(tracks: &[Track<'_>]) -> Candidate {
+    let row = row_s(tracks);
+    let reach = 50.0 * row;
+    let starts = [1.0, -1.0, 4.0, -4.0, 16.0, -16.0].map(|rows| rows * row);
+    // A logger that is out by more than ten rows is rare; the prior is weak
+    // against any recording with motion in it, and decides where there is none.
+    let prior = Prior {
+        mean: 0.0,
+        standard_deviation: 10.0 * row,
+    };
+    Candidate::new("position-time-skew", &["sensor.x"]).free_as(
+        "delay_s",
+        Scope::PerRecording,
+        (-reach, reach),
+        Some(prior),
+        &starts,
+    )
+}
+
+fn chamber_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
+    let sides: Vec<Side> = Side::BOTH
+        .into_iter()
+        .filter(|side| rig.signals.contains(side.pressure_signal()))
+        .collect();
+    let mut all = Vec::new();
+    all.extend(gas_temperature(rig, tracks, &sides));
+    for &side in &sides {
+        all.extend(dead_volume(rig, side));
+        all.extend(leakage(rig, tracks, side));
+    }
+    if rig.vessel.is_none() {
+        all.push(position_skew(tracks));
+    }
+    all.push(pressure_sensor_lag(&sides, tracks));
+    if rig.valve.is_some() {
+        all.extend(valve_candidates(tracks));
+    }
+    all
+}
+
+/// Mass times heat capacity of a chamber's gas in mid-recording, J/K, and the
+/// gas state there.
+fn thermal_capacity(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Option<(f64, GasState<f64>)> {
+    let values = Values::<f64> {
+        rig,
+        keys: &[],
+        replaced: &[],
+    };
+    let chamber = values.chamber(side)?;
+    let track = tracks.first()?;
+    let middle = track.len() / 2;
+    let position = track.recording.signal("x").map_or(0.0, |x| x[middle]);
+    let pressure_pa = track.recording.signal(side.pressure_signal())?[middle];
+    let temperature_k = values.ambient().temperature_k;
+    let volume = chamber.geometry.volume_m3(position);
+    let gas = values.gas();
+    let mass = pressure_pa * volume / (gas.gas_constant_j_per_kg_k * temperature_k);
+    let capacity = mass * gas.gas_constant_j_per_kg_k / (gas.heat_capacity_ratio - 1.0);
+    Some((
+        capacity,
+        GasState {
+            pressure_pa,
+            temperature_k,
+        },
+    ))
+}
+
+/// The full energy balance in place of a reduced model. Where the rig declares
+/// no heat transfer, the conductance to the wall is free, started from time
+/// constants of 20, 5 and 1.5 s.
+fn gas_temperature(rig: &Rig, tracks: &[Track<'_>], sides: &[Side]) -> Option<Candidate> {
+    let chambers = rig.chambers.as_ref()?;
+    if chambers.model == ChamberModel::EnergyBalance || rig.vessel.is_some() {
+        return None;
+    }
+    let places: Vec<&'static str> = sides.iter().map(|side| side.place()).collect();
+    let mut candidate = Candidate::new("gas-temperature-dynamics", &places);
+    for &side in sides {
+        let letter = side.letter();
+        candidate = candidate.switch(&format!("memory_{letter}"), 1.0);
+        if chambers.heat_transfer_charging_w_m2k.is_none() {
+            let (capacity, _) = thermal_capacity(rig, tracks, side)?;
+            let starts = [20.0, 5.0, 1.5].map(|time_constant_s| capacity / time_constant_s);
+            candidate = candidate.free(
+                &format!("conductance_{letter}_W_K"),
+                (0.0, 1e3 * starts[1]),
+                &starts,
+            );
+        }
+    }
+    Some(candidate)
+}
+
+fn dead_volume(rig: &Rig, side: Side) -> Option<Candidate> {
+    let letter = side.letter();
+    let key = format!("cylinder.dead_volume_{letter}_m3");
+    let declared = rig.value(&key)?;
+    if rig.uncertainty_sd(&key).is_some() {
+        return None;
+    }
+    let candidate = Candidate::new("dead-volume", &[side.place()]).free(
+        &format!("volume_{letter}_m3"),
+        (-0.9 * declared, 3.0 * declared),
+        &[0.1 * declared, -0.1 * declared],
+    );
+    Some(candidate)
+}
+
+/// Laminar and orifice leak of a chamber, started from a decay over 100 s and
+/// over 10 s.
+fn leakage(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Vec<Candidate> {
+    let Some((capacity, gas)) = thermal_capacity(rig, tracks, side) else {
+        return Vec::new();
+    };
+    let values = Values::<f64> {
+        rig,
+        keys: &[],
+        replaced: &[],
+    };
+    let specific = values.gas().gas_constant_j_per_kg_k / (values.gas().heat_capacity_ratio - 1.0);
+    let mass = capacity / specific;
+    let letter = side.letter();
+    let onset = |candidate: Candidate| match rig.vessel {
+        Some(_) => opening_time(candidate, tracks),
+        None => candidate,
+    };
+    let laminar = [100.0, 10.0].map(|decay_s| mass / decay_s / gas.pressure_pa.powi(2));
+    // Choked flow: m' = A Cd C1 p / sqrt(T), Cd about 0.82.
+    let per_area =
+        0.82 * values.gas().flow_coefficient * gas.pressure_pa / gas.temperature_k.sqrt();
+    let orifice = [100.0, 10.0].map(|decay_s| mass / decay_s / per_area);
+    let leak = |form| Candidate::new("chamber-leakage", &[side.place()]).form(form);
+    vec![
+        onset(leak("laminar").free(
+            &format!("laminar_{letter}_kg_s_Pa2"),
+            (0.0, 1e3 * laminar[1]),
+            &laminar,
+        )),
+        onset(leak("orifice").free(
+            &format!("orifice_{letter}_m2"),
+            (0.0, 1e3 * orifice[1]),
+            &orifice,
+        )),
+    ]
+}
+
+/// A leak test often begins with the vessel still connected: the instant at
+/// which the decay begins is a property of the recording. It is started where
+/// the pressure first leaves its starting level for good.
+fn opening_time(candidate: Candidate, tracks: &[Track<'_>]) -> Candidate {
+    let Some(onset_s) = tracks.iter().find_map(departure) else {
+        return candidate;
+    };
+    let end = tracks
+        .iter()
+        .filter_map(|track| track.recording.time_s.last().copied())
+        .fold(0.0, f64::max);
+    let prior = Prior {
+        mean: onset_s,
+        standard_deviation: end.max(1e-9),
+    };
+    candidate.free_as(
+        "onset_s",
+        Scope::PerRecording,
+        (-end, end),
+        Some(prior),
+        &[onset_s],
+    )
+}
+
+/// The last instant before which the pressure stood within 1 % of its whole
+/// fall; `None` where that cannot be told from noise, or where the pressure
+/// falls from the first row on.
+fn departure(track: &Track<'_>) -> Option<f64> {
+    let pressure = track.recording.signal("p_a")?;
+    let (first, last) = (*pressure.first()?, *pressure.last()?);
+    let step = 0.01 * (first - last);
+    if step < 3.0 * white_noise(pressure) {
+        return None;
+    }
+    let row = pressure.iter().position(|&p| p < first - step)?;
+    (row > 1).then(|| track.recording.time_s[row - 1])
+}
+
+fn pressure_sensor_lag(sides: &[Side], tracks: &[Track<'_>]) -> Candidate {
+    let row = row_s(tracks);
+    let places: Vec<&'static str> = sides
+        .iter()
+        .map(|side| match side {
+            Side::A => "sensor.p_a",
+            Side::B => "sensor.p_b",
+        })
+        .collect();
+    Candidate::new("pressure-sensor-lag", &places).free(
+        "time_constant_s",
+        (0.0, 100.0 * row),
+        &[2.0 * row, 10.0 * row],
+    )
+}
+
+fn valve_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
+    let row = row_s(tracks);
+    vec![
+        Candidate::new("tube-line", &["valve-flow"]).free("length_m", (0.0, 10.0), &[0.5, 2.0]),
+        Candidate::new("valve-delay", &["valve-command"]).free(
+            "delay_s",
+            (0.0, 50.0 * row),
+            &[1.5 * row, 5.5 * row],
+        ),
+        Candidate::new("spool-dynamics", &["valve-command"])
+            .free(
+                "natural_frequency_Hz",
+                (3.0, 0.2 / row),
+                &[0.08 / row, 0.03 / row],
+            )
+            .free("damping_ratio", (0.3, 2.0), &[0.7]),
+        Candidate::new("valve-hysteresis", &["valve-command"]).free(
+            "width",
+            (0.0, 1.0),
+            &[0.03, 0.1],
+        ),
+    ]
+}
+
+fn actuator_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
+    let row = row_s(tracks);
+    let speed = tracks
+        .iter()
+        .filter_map(|track| fastest(track.recording.signal("x")?, &track.recording.time_s))
+        .fold(0.0, f64::max);
+    let rates = [1.0, 0.3, 0.1].map(|share| share * speed);
+    vec![
+        Candidate::new("slew-limit", &["valve-command"])
+            .form("one for each direction")
+            .free("rising_per_s", (1e-3 * speed, 1e2 * speed), &rates)
+            .free("falling_per_s", (1e-3 * speed, 1e2 * speed), &rates),
+        Candidate::new("valve-delay", &["valve-command"]).free(
+            "delay_s",
+            (0.0, 20.0 * row),
+            &[0.25 * row, 0.75 * row, 1.5 * row, 4.0 * row],
+        ),
+        Candidate::new("valve-hysteresis", &["valve-command"])
+            .form("backlash")
+            .free("width", (0.0, 0.3), &[0.005, 0.03]),
+    ]
+}
+
+/// The highest speed of a signal, by its 99.5th percentile.
+fn fastest(signal: &[f64], time_s: &[f64]) -> Option<f64> {
+    let mut speeds: Vec<f64> = signal
+        .windows(2)
+        .zip(time_s.windows(2))
+        .map(|(x, t)| ((x[1] - x[0]) / (t[1] - t[0])).abs())
+        .collect();
+    let rank = (speeds.len() * 199 / 200).min(speeds.len().checked_sub(1)?);
+    Some(*speeds.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
+fn friction_candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit_n: f64) -> Vec<Candidate> {
+    let place = &["force-balance"];
+    // On a free carriage the misfit is a length; a newton is a fair start there.
+    let force = if law == Law::Force { misfit_n } else { 1.0 };
+    let levels = [force, 0.2 * force];
+    let most = 1e3 * force;
+    let mut all = Vec::new();
+    if rig.value("friction.coulomb_N").is_none() {
+        // Presliding over 20 um (metal guides) to 300 um (rubber seals).
+        let stiffness = [2e-5, 3e-4, 1e-4].map(|way| force / way);
+        let bounds = (force / 1e-2, force / 1e-6);
+        all.push(
+            Candidate::new("coulomb-friction", place)
+                .free("coulomb_N", (0.0, most), &levels[..1])
+                .free("bristle_stiffness_N_m", bounds, &stiffness),
+        );
+    }
+    if rig.value("friction.viscous_Ns_m").is_none() {
+        let speed = motion_speed(tracks);
+        let start = force / speed;
+        all.push(Candidate::new("viscous-friction", place).free(
+            "viscous_Ns_m",
+            (0.0, 1e3 * start),
+            &[start, 0.1 * start],
+        ));
+    }
+    if rig.value("friction.static_N").is_none() {
+        all.push(Candidate::new("stribeck-friction", place).free(
+            "static_excess_N",
+            (0.0, most),
+            &levels,
+        ));
+    }
+    all.extend(pressure_friction(rig, tracks, force));
+    if rig.uncertainty_sd("carriage.external_force_N").is_none() {
+        all.push(Candidate::new("constant-force", place).free(
+            "force_N",
+            (-most, most),
+            &[0.2 * force, -0.2 * force],
+        ));
+    }
+    if law == Law::Force {
+        all.push(position_skew(tracks));
+    }
+    all
+}
+
+/// Friction that grows with the mean pressure, and with the difference where
+/// both are recorded.
+fn pressure_friction(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Option<Candidate> {
+    if !rig.signals.contains("p_a") {
+        return None;
+    }
+    let most_pa = tracks
+        .iter()
+        .filter_map(|track| track.recording.signal("p_a"))
+        .flatten()
+        .fold(1e5_f64, |most, &pressure| most.max(pressure));
+    let start = force / most_pa;
+    let bounds = (0.0, 1e3 * start);
+    let candidate = Candidate::new("pressure-dependent-friction", &["force-balance"]).free(
+        "per_mean_pressure_N_Pa",
+        bounds,
+        &[start, 0.1 * start],
+    );
+    Some(if rig.signals.contains("p_b") {
+        candidate.free(
+            "per_pressure_difference_N_Pa",
+            bounds,
+            &[start, 0.1 * start],
+        )
+    } else {
+        candidate
+    })
+}
+
+/// A typical speed of the recordings, m/s.
+fn motion_speed(tracks: &[Track<'_>]) -> f64 {
+    let mut speeds: Vec<f64> = tracks
+        .iter()
+        .filter_map(|track| track.motion.as_ref())
+        .flat_map(|motion| motion.velocity_m_per_s.iter().map(|v| v.abs()))
+        .collect();
+    if speeds.is_empty() {
+        return 1.0;
+    }
+    let rank = speeds.len() * 9 / 10;
+    speeds
+        .select_nth_unstable_by(rank, f64::total_cmp)
+        .1
+        .max(1e-6)
+}

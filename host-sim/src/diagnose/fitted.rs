@@ -1,0 +1,461 @@
+//! A model fitted: the law with a set of effects, its parameters and what it
+//! leaves unexplained.
+
+use super::candidates::Candidate;
+pub use crate::fit::law_problem::Columns;
+use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
+use crate::fit::{NoiseVariance, Options, Parameter, solve};
+use crate::laws::{Law, Track, white_noise};
+use crate::rig::Rig;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// What a law is fitted with: rig, recordings, ordinary parameters.
+pub struct Bench<'a> {
+    /// The law.
+    pub law: Law,
+    /// The rig as given.
+    pub rig: &'a Rig,
+    /// The recordings.
+    pub tracks: &'a [Track<'a>],
+    /// Ordinary parameters.
+    pub ordinary: Vec<FreeParameter>,
+    /// Candidates that may be put into the model.
+    pub candidates: Vec<Candidate>,
+    /// Noise of each output, SI.
+    pub noise: Vec<f64>,
+    /// The groups of rows that cross-validation leaves out in turn.
+    pub folds: Folds,
+    /// Rows simulated, with derivatives counted in.
+    work: AtomicUsize,
+}
+
+/// Rows of a law that one core of the reference machine simulates in a second.
+/// Measured once on the gas cylinder; it only turns counted work into a figure
+/// that does not change from run to run as a clock's would.
+const ROWS_PER_SECOND: f64 = 4.0e6;
+
+/// A set of candidates, by index, ascending.
+pub type Set = Vec<usize>;
+
+/// The law with a set of effects, fitted.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The effects in it.
+    pub set: Set,
+    /// Names of the parameters.
+    pub names: Vec<String>,
+    /// Their values.
+    pub values: Vec<f64>,
+    /// Their standard deviations, with the correlation of the residuals counted in.
+    pub standard_deviations: Vec<Option<f64>>,
+    /// Which stand on a bound.
+    pub at_bound: Vec<bool>,
+    /// Number of shared parameters (they come first).
+    pub shared: usize,
+    /// Mean squared residual per output, SI squared.
+    pub mean_square: Vec<f64>,
+}
+
+/// Enough to tell sets apart; the winner is polished afterwards.
+const SEARCH_ITERATIONS: usize = 30;
+
+impl<'a> Bench<'a> {
+    /// Puts law, rig and recordings on the bench.
+    pub fn new(law: Law, rig: &'a Rig, tracks: &'a [Track<'a>]) -> Self {
+        let lengths: Vec<usize> = tracks.iter().map(Track::len).collect();
+        Self {
+            law,
+            rig,
+            tracks,
+            ordinary: super::candidates::ordinary(law, rig),
+            candidates: Vec::new(),
+            noise: noise_floor(law, rig, tracks),
+            folds: Folds::of(&lengths),
+            work: AtomicUsize::new(0),
+        }
+    }
+
+    /// The rig with the switches of a set of effects.
+    pub fn switched(&self, set: &[usize]) -> Rig {
+        let switches: BTreeMap<String, f64> = set
+            .iter()
+            .flat_map(|&index| self.candidates[index].switches.iter().cloned())
+            .collect();
+        self.rig.with_values(&switches)
+    }
+
+    /// Ordinary parameters and those of the set.
+    pub fn free(&self, set: &[usize]) -> Vec<FreeParameter> {
+        let added = set
+            .iter()
+            .flat_map(|&index| self.candidates[index].free.iter().cloned());
+        self.ordinary.iter().cloned().chain(added).collect()
+    }
+
+    /// Fits a set, started from a model without some of its effects. Every
+    /// start of the new effects is tried; the best wins. A child that ends
+    /// worse than its parent is started once more from the parent with its new
+    /// effects all but switched off.
+    pub fn fit(&self, set: &[usize], parent: Option<&Fitted>) -> Option<Fitted> {
+        let new: Vec<usize> = set
+            .iter()
+            .copied()
+            .filter(|index| parent.is_none_or(|parent| !parent.set.contains(index)))
+            .collect();
+        let count = new
+            .iter()
+            .map(|&index| self.candidates[index].starts.len())
+            .max()
+            .unwrap_or(1);
+        (0..count)
+            .filter_map(|start| self.fit_from(set, parent, start, None))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, fitted)| fitted)
+    }
+
+    /// Fits with a fold left out, from the full fit. Returns the values.
+    fn fit_without(&self, full: &Fitted, fold: usize) -> Option<Vec<f64>> {
+        self.fit_from(&full.set, Some(full), 0, Some(fold))
+            .map(|(_, fitted)| fitted.values)
+    }
+
+    fn fit_from(
+        &self,
+        set: &[usize],
+        parent: Option<&Fitted>,
+        start: usize,
+        left_out: Option<usize>,
+    ) -> Option<(f64, Fitted)> {
+        let rig = self.switched(set);
+        let free = self.free(set);
+        let sigma = self.sigma(parent);
+        let mut problem = LawProblem {
+            law: self.law,
+            rig: &rig,
+            tracks: self.tracks,
+            free: &free,
+            sigma: &sigma,
+            left_out: left_out.map(|fold| (&self.folds, fold)),
+        };
+        let names = problem.names();
+        let parameters = self.started(problem.parameters(), &names, set, parent, start);
+        let options = Options {
+            maximum_iterations: SEARCH_ITERATIONS,
+            noise: NoiseVariance::Given(1.0),
+            cost_tolerance: 1e-6,
+            ..Options::default()
+        };
+        let fit = solve(&mut problem, &parameters, &options).ok()?;
+        self.count_work(fit.iterations, parameters.len());
+        let mean_square = self.mean_square(&problem, &fit.values);
+        let inflation = correlation_length(&self.residuals(&problem, &fit.values)).sqrt();
+        let deviation = |sd: &Option<f64>| sd.map(|sd| sd * inflation);
+        let fitted = Fitted {
+            set: set.to_vec(),
+            names,
+            values: fit.values,
+            standard_deviations: fit.standard_deviations.iter().map(deviation).collect(),
+            at_bound: fit.at_bound,
+            shared: free
+                .iter()
+                .filter(|free| free.scope == Scope::Shared)
+                .count(),
+            mean_square,
+        };
+        Some((fit.cost, fitted))
+    }
+
+    fn count_work(&self, iterations: usize, parameters: usize) {
+        let rows: usize = self.tracks.iter().map(Track::len).sum();
+        let work = iterations * rows * (2 + parameters / 4);
+        self.work.fetch_add(work, Ordering::Relaxed);
+    }
+
+    /// The work done so far as seconds of a reference core: a figure of cost
+    /// that is the same in every run.
+    pub fn seconds(&self) -> f64 {
+        let seconds = self.work.load(Ordering::Relaxed) as f64 / ROWS_PER_SECOND;
+        (10.0 * seconds).round() / 10.0
+    }
+
+    /// Starts: the parent's values where it has the parameter, else the
+    /// candidate's start of this number.
+    fn started(
+        &self,
+        mut parameters: Vec<Parameter>,
+        names: &[String],
+        set: &[usize],
+        parent: Option<&Fitted>,
+        start: usize,
+    ) -> Vec<Parameter> {
+        for (parameter, name) in parameters.iter_mut().zip(names) {
+            let inherited = parent.and_then(|parent| parent.value(name));
+            let own = set.iter().find_map(|&index| {
+                let candidate = &self.candidates[index];
+                let place = candidate.free.iter().position(|free| {
+                    *name == free.key || name.starts_with(&format!("{} of ", free.key))
+                })?;
+                let point = &candidate.starts[start.min(candidate.starts.len() - 1)];
+                point.get(place).copied()
+            });
+            if let Some(value) = inherited.or(own) {
+                parameter.start = value.clamp(parameter.lower, parameter.upper);
+            }
+        }
+        parameters
+    }
+
+    /// The size of a residual: what the parent left unexplained, at least the noise.
+    fn sigma(&self, parent: Option<&Fitted>) -> Vec<f64> {
+        match parent {
+            Some(parent) => parent
+                .mean_square
+                .iter()
+                .zip(&self.noise)
+                .map(|(square, noise)| square.sqrt().max(*noise))
+                .collect(),
+            None => self.spread(),
+        }
+    }
+
+    /// Standard deviation of each recorded output.
+    pub fn spread(&self) -> Vec<f64> {
+        self.law
+            .outputs(self.rig)
+            .iter()
+            .map(|output| {
+                let all: Vec<f64> = self
+                    .tracks
+                    .iter()
+                    .filter_map(|track| track.recording.signal(output.signal))
+                    .flatten()
+                    .copied()
+                    .collect();
+                let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+                let square = all.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+                (square / all.len().max(1) as f64).sqrt().max(1e-12)
+            })
+            .collect()
+    }
+
+    fn mean_square(&self, problem: &LawProblem<'_>, values: &[f64]) -> Vec<f64> {
+        self.residuals(problem, values)
+            .iter()
+            .map(|columns| {
+                let (sum, count) = columns
+                    .iter()
+                    .flatten()
+                    .filter(|residual| residual.is_finite())
+                    .fold((0.0, 0_usize), |(sum, count), r| (sum + r * r, count + 1));
+                sum / count.max(1) as f64
+            })
+            .collect()
+    }
+
+    /// Residuals (predicted less recorded) by output, then by recording.
+    pub fn residuals(&self, problem: &LawProblem<'_>, values: &[f64]) -> Vec<Vec<Vec<f64>>> {
+        let outputs = self.law.outputs(self.rig).len();
+        let mut all = vec![Vec::with_capacity(self.tracks.len()); outputs];
+        for (recording, (predicted, _)) in problem.predict(values).into_iter().enumerate() {
+            let recorded = problem.recorded(recording);
+            for (output, (column, seen)) in predicted.iter().zip(recorded).enumerate() {
+                all[output].push(column.iter().zip(seen).map(|(p, r)| p - r).collect());
+            }
+        }
+        all
+    }
+
+    /// Residuals of a fitted model.
+    pub fn residuals_of(&self, fitted: &Fitted) -> Vec<Vec<Vec<f64>>> {
+        let (rig, free, sigma) = (
+            self.switched(&fitted.set),
+            self.free(&fitted.set),
+            self.spread(),
+        );
+        let problem = LawProblem {
+            law: self.law,
+            rig: &rig,
+            tracks: self.tracks,
+            free: &free,
+            sigma: &sigma,
+            left_out: None,
+        };
+        self.residuals(&problem, &fitted.values)
+    }
+
+    /// The same model with some of its effects switched off and nothing refitted.
+    pub fn restricted(&self, fitted: &Fitted, set: &[usize]) -> Fitted {
+        let (rig, free, sigma) = (self.switched(set), self.free(set), self.spread());
+        let problem = LawProblem {
+            law: self.law,
+            rig: &rig,
+            tracks: self.tracks,
+            free: &free,
+            sigma: &sigma,
+            left_out: None,
+        };
+        let names = problem.names();
+        let starts = problem.parameters();
+        let values = names.iter().zip(&starts);
+        Fitted {
+            set: set.to_vec(),
+            values: values
+                .map(|(name, parameter)| fitted.value(name).unwrap_or(parameter.start))
+                .collect(),
+            standard_deviations: vec![None; names.len()],
+            at_bound: vec![false; names.len()],
+            shared: free
+                .iter()
+                .filter(|free| free.scope == Scope::Shared)
+                .count(),
+            mean_square: fitted.mean_square.clone(),
+            names,
+        }
+    }
+
+    /// Cross-validated squared residuals per output and fold: each fold judged
+    /// by a fit that did not count its rows. The initial states have priors, so
+    /// a fold at a recording's start is not judged by a wild start.
+    pub fn cross_validate(&self, full: &Fitted) -> Vec<Vec<f64>> {
+        let outputs = self.noise.len();
+        let mut by_fold = vec![vec![f64::INFINITY; self.folds.count]; outputs];
+        let folds: Vec<usize> = (0..self.folds.count).collect();
+        let judged = parallel(&folds, |&fold| {
+            let values = self.fit_without(full, fold)?;
+            let model = Fitted {
+                values,
+                ..full.clone()
+            };
+            let residuals = self.residuals_of(&model);
+            let squares = residuals
+                .iter()
+                .map(|columns| self.fold_mean_square(columns, fold));
+            Some(squares.collect::<Vec<f64>>())
+        });
+        for (fold, squares) in judged.into_iter().enumerate() {
+            for (output, square) in squares.into_iter().flatten().enumerate() {
+                by_fold[output][fold] = square;
+            }
+        }
+        by_fold
+    }
+
+    fn fold_mean_square(&self, columns: &[Vec<f64>], fold: usize) -> f64 {
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for (recording, column) in columns.iter().enumerate() {
+            for (row, residual) in column.iter().enumerate() {
+                if residual.is_finite() && self.folds.fold(recording, row) == fold {
+                    sum += residual * residual;
+                    count += 1;
+                }
+            }
+        }
+        sum / count.max(1) as f64
+    }
+}
+
+impl Fitted {
+    /// A parameter's value by name.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        let index = self.names.iter().position(|candidate| candidate == name)?;
+        self.values.get(index).copied()
+    }
+
+    /// The shared parameters by key: what is frozen.
+    pub fn shared_values(&self) -> BTreeMap<String, f64> {
+        let shared = self.names.iter().zip(&self.values).take(self.shared);
+        shared.map(|(name, value)| (name.clone(), *value)).collect()
+    }
+}
+
+/// Maps over independent jobs on all cores; the order of the results is that of
+/// the jobs, whatever the number of cores.
+pub fn parallel<T: Sync, U: Send>(jobs: &[T], work: impl Fn(&T) -> U + Sync) -> Vec<U> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let next = AtomicUsize::new(0);
+    let results: Vec<Mutex<Option<U>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+    std::thread::scope(|scope| {
+        for _ in 0..threads.min(jobs.len()) {
+            scope.spawn(|| {
+                while let Some(index) = take(&next, jobs.len()) {
+                    let result = work(&jobs[index]);
+                    if let Ok(mut slot) = results[index].lock() {
+                        *slot = Some(result);
+                    }
+                }
+            });
+        }
+    });
+    results
+        .into_iter()
+        .filter_map(|slot| slot.into_inner().ok().flatten())
+        .collect()
+}
+
+fn take(next: &AtomicUsize, count: usize) -> Option<usize> {
+    let index = next.fetch_add(1, Ordering::Relaxed);
+    (index < count).then_some(index)
+}
+
+/// Noise of each output: as the rig declares it, with the sensor's resolution;
+/// where it does not, what the recordings show between neighbouring rows.
+///
+/// The estimate is an upper bound: a signal that moves within a row (a stem at
+/// 1 Hz) looks like noise to it.
+fn noise_floor(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
+    law.outputs(rig)
+        .iter()
+        .map(|output| {
+            let signal = rig.signals.get(output.signal);
+            let step = signal.and_then(|signal| signal.resolution).unwrap_or(0.0) / 12.0_f64.sqrt();
+            let noise = signal.and_then(|signal| signal.noise).unwrap_or_else(|| {
+                tracks
+                    .iter()
+                    .filter_map(|track| track.recording.signal(output.signal))
+                    .map(white_noise)
+                    .fold(0.0, f64::max)
+            });
+            noise.hypot(step).max(1e-12)
+        })
+        .collect()
+}
+
+/// Integrated autocorrelation time of residuals, in rows: how many rows count
+/// as one. Summed up to the first correlation below 0.05; the largest of the
+/// outputs.
+pub fn correlation_length(residuals: &[Vec<Vec<f64>>]) -> f64 {
+    residuals
+        .iter()
+        .flatten()
+        .map(|column| integrated_autocorrelation(column))
+        .fold(1.0, f64::max)
+}
+
+fn integrated_autocorrelation(column: &[f64]) -> f64 {
+    let finite: Vec<f64> = column.iter().copied().filter(|r| r.is_finite()).collect();
+    let count = finite.len();
+    let mean = finite.iter().sum::<f64>() / count.max(1) as f64;
+    let variance = finite.iter().map(|r| (r - mean).powi(2)).sum::<f64>();
+    if count < 8 || variance <= 0.0 {
+        return 1.0;
+    }
+    let correlation = |lag: usize| {
+        let products = finite.iter().zip(&finite[lag..]);
+        products.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / variance
+    };
+    // Lags grow by a quarter each: the sum is an integral over a slow curve.
+    let (mut time, mut lag, mut last) = (1.0, 1_usize, 1.0);
+    let mut previous = 0_usize;
+    while lag < count / 4 {
+        let here = correlation(lag);
+        time += (lag - previous) as f64 * (here + last).max(0.0);
+        if here < 0.05 {
+            break;
+        }
+        (previous, last) = (lag, here);
+        lag += (lag / 4).max(1);
+    }
+    time
+}

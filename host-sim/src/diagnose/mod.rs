@@ -1,0 +1,274 @@
+//! Diagnosis: from recordings to what is missing, how large, and the proof.
+//!
+//! The stages hand on plain records:
+//!
+//! 1. recordings are checked ([`crate::inspect`]); a fault there is the verdict;
+//! 2. each law that the rig describes and the signals drive is fitted with its
+//!    ordinary parameters ([`fitted`]): the honest baseline;
+//! 3. where the misfit sits ([`locate`]);
+//! 4. effects are put in, one set after another ([`candidates`], [`search`]),
+//!    and judged by data that were left out of the fit;
+//! 5. every parameter is frozen, the held-out recordings are read for the first
+//!    time, and the models are compared on them ([`proof`]);
+//! 6. the verdict is written ([`verdict`]).
+
+pub mod candidates;
+pub mod fitted;
+pub mod locate;
+pub mod proof;
+pub mod search;
+pub mod verdict;
+pub mod words;
+
+mod assemble;
+
+use crate::inspect::{self, Fault};
+use crate::laws::{Law, Track};
+use crate::recording::Recording;
+use crate::rig::Rig;
+use candidates::{Candidate, candidates};
+use fitted::{Bench, Fitted};
+use locate::Located;
+use proof::{Frozen, Run};
+use search::{Evidence, Outcome};
+use std::collections::BTreeMap;
+use verdict::Verdict;
+
+/// Rows that the search works on where a law may be thinned: the effects it can
+/// have are slow against a recording of this many rows.
+const SEARCH_ROWS: usize = 4000;
+
+/// A misfit whose energy is this much above the noise's is looked into. With
+/// 1000 independent rows the energy of noise alone varies by 4 %.
+const WORTH_A_SEARCH: f64 = 0.10;
+
+/// The models of the comparison, in the order in which they are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// The rig as given.
+    Given,
+    /// Ordinary parameters refitted.
+    Refitted,
+    /// With the accepted effects.
+    Improved,
+}
+
+impl Model {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Given, Self::Refitted, Self::Improved];
+}
+
+/// What was found of one law.
+pub struct LawDiagnosis {
+    /// The law.
+    pub law: Law,
+    /// What was tried.
+    pub candidates: Vec<Candidate>,
+    /// Noise of each output, SI.
+    pub noise: Vec<f64>,
+    /// The refitted baseline.
+    pub baseline: Fitted,
+    /// With the accepted effects.
+    pub improved: Fitted,
+    /// What speaks for and against each candidate.
+    pub evidence: Vec<Evidence>,
+    /// An accepted effect and one that would do as well.
+    pub rivals: Vec<(usize, usize)>,
+    /// Where the refitted baseline fails.
+    pub located: Vec<Located>,
+    /// How much of each accepted effect a refit hides.
+    pub masked: BTreeMap<usize, f64>,
+    /// The frozen models.
+    pub frozen: Vec<Frozen>,
+    /// Their runs on the training recordings, by model.
+    pub train: Vec<Vec<Option<Run>>>,
+    /// Their runs on the held-out recordings, by model.
+    pub held_out: Vec<Vec<Option<Run>>>,
+    /// Number of fits made.
+    pub fits: usize,
+    /// Work done, as seconds of a reference core (see [`fitted::Bench::seconds`]).
+    pub seconds: f64,
+}
+
+/// The whole diagnosis.
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// By law.
+    pub laws: Vec<LawDiagnosis>,
+    /// The rig with refitted parameters and named effects.
+    pub improved_rig: Rig,
+    /// Training recordings.
+    pub train: Vec<Recording>,
+    /// Held-out recordings.
+    pub held_out: Vec<Recording>,
+}
+
+/// Diagnoses a rig by its recordings. `read_held_out` is called once every
+/// parameter is frozen.
+pub fn diagnose<E>(
+    rig: &Rig,
+    train: Vec<Recording>,
+    read_held_out: impl FnOnce() -> Result<Vec<Recording>, E>,
+    progress: &dyn Fn(&str),
+) -> Result<Diagnosis, E> {
+    progress("checking the recordings");
+    let faults = faults(rig, &train);
+    let recorded = |name: &str| {
+        train
+            .iter()
+            .all(|recording| recording.signal(name).is_some())
+    };
+    let mut laws = Vec::new();
+    if faults.is_empty() {
+        for law in Law::of(rig, &recorded) {
+            laws.extend(diagnose_law(law, rig, &train, progress));
+        }
+    }
+    progress("reading the held-out recordings");
+    let held_out = read_held_out()?;
+    let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
+    for law in &mut laws {
+        law.held_out = runs(law.law, rig, &tracks, &law.frozen);
+    }
+    let improved_rig = assemble::improved_rig(rig, &laws);
+    let verdict = assemble::verdict(rig, &laws, &faults, &train, &held_out);
+    Ok(Diagnosis {
+        verdict,
+        laws,
+        improved_rig,
+        train,
+        held_out,
+    })
+}
+
+/// Faults of the recordings, with the name of the recording.
+fn faults(rig: &Rig, recordings: &[Recording]) -> Vec<(String, Fault)> {
+    recordings
+        .iter()
+        .flat_map(|recording| {
+            let name = recording.name.clone();
+            inspect::inspect(rig, recording)
+                .faults
+                .into_iter()
+                .map(move |fault| (name.clone(), fault))
+        })
+        .collect()
+}
+
+fn diagnose_law(
+    law: Law,
+    rig: &Rig,
+    train: &[Recording],
+    progress: &dyn Fn(&str),
+) -> Option<LawDiagnosis> {
+    let title = law.title();
+    progress(&format!("{title}: refitting the ordinary parameters"));
+    let rows: usize = train.iter().map(Recording::len).sum();
+    let stride = if law.may_be_thinned(rig) {
+        (rows / SEARCH_ROWS).max(1)
+    } else {
+        1
+    };
+    let thinned: Vec<Recording> = train
+        .iter()
+        .map(|recording| recording.thinned(stride))
+        .collect();
+    let thin_tracks: Vec<Track<'_>> = thinned.iter().map(Track::new).collect();
+    let mut bench = Bench::new(law, rig, &thin_tracks);
+    let baseline = search::baseline(&bench)?;
+    bench.candidates = candidates(law, rig, &thin_tracks, baseline.mean_square[0].sqrt());
+    let outcome = if worth_a_search(&bench, &baseline) {
+        search::search(&bench, &baseline, &|stage| {
+            progress(&format!("{title}: {stage}"))
+        })
+    } else {
+        Outcome::nothing(&baseline)
+    };
+    progress(&format!("{title}: final fits"));
+    let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
+    let mut full = Bench::new(law, rig, &tracks);
+    full.candidates.clone_from(&bench.candidates);
+    let baseline = full.fit(&[], Some(&outcome.baseline))?;
+    let improved = full.fit(&outcome.improved.set, Some(&outcome.improved))?;
+    let frozen = vec![
+        Frozen::new(&full, &[], &BTreeMap::new()),
+        Frozen::new(&full, &[], &baseline.shared_values()),
+        Frozen::new(&full, &improved.set, &improved.shared_values()),
+    ];
+    let masked = masked(&full, &improved);
+    Some(LawDiagnosis {
+        law,
+        located: locate::locate(law, rig, &tracks, &full.residuals_of(&baseline)),
+        masked,
+        train: runs(law, rig, &tracks, &frozen),
+        held_out: Vec::new(),
+        frozen,
+        noise: full.noise.clone(),
+        candidates: full.candidates.clone(),
+        baseline,
+        improved,
+        evidence: outcome.evidence,
+        rivals: outcome.rivals,
+        fits: outcome.fits,
+        seconds: bench.seconds() + full.seconds(),
+    })
+}
+
+/// Whether some output is missed by more than its noise explains.
+fn worth_a_search(bench: &Bench<'_>, baseline: &Fitted) -> bool {
+    baseline
+        .mean_square
+        .iter()
+        .zip(&bench.noise)
+        .any(|(square, noise)| square / noise.powi(2) - 1.0 > WORTH_A_SEARCH)
+}
+
+/// Every frozen model against every recording.
+fn runs(law: Law, rig: &Rig, tracks: &[Track<'_>], frozen: &[Frozen]) -> Vec<Vec<Option<Run>>> {
+    let bench = Bench::new(law, rig, tracks);
+    let own = candidates(law, rig, tracks, 1.0);
+    fitted::parallel(frozen, |model| model.run(&bench, &own))
+}
+
+/// How much of each accepted effect a refit of everything else hides: one less
+/// the energy that is left of it over the energy that it has.
+fn masked(bench: &Bench<'_>, improved: &Fitted) -> BTreeMap<usize, f64> {
+    improved
+        .set
+        .iter()
+        .filter_map(|&candidate| Some((candidate, masked_share(bench, improved, candidate)?)))
+        .collect()
+}
+
+fn masked_share(bench: &Bench<'_>, improved: &Fitted, candidate: usize) -> Option<f64> {
+    let set: Vec<usize> = improved
+        .set
+        .iter()
+        .copied()
+        .filter(|&c| c != candidate)
+        .collect();
+    let refitted = bench.fit(&set, Some(improved))?;
+    let switched_off = bench.restricted(improved, &set);
+    let with = bench.residuals_of(improved);
+    let energy = |other: &Fitted| -> f64 {
+        bench
+            .residuals_of(other)
+            .iter()
+            .zip(&with)
+            .zip(bench.spread())
+            .map(|((a, b), spread)| difference_energy(a, b) / spread.powi(2))
+            .sum()
+    };
+    let raw = energy(&switched_off);
+    (raw > 0.0).then(|| (1.0 - energy(&refitted) / raw).clamp(0.0, 1.0))
+}
+
+fn difference_energy(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    a.iter()
+        .flatten()
+        .zip(b.iter().flatten())
+        .map(|(a, b)| (a - b).powi(2))
+        .filter(|square| square.is_finite())
+        .sum()
+}

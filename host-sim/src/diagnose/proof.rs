@@ -1,0 +1,201 @@
+//! The proof: frozen models against recordings, training and held out.
+//!
+//! A frozen model has every shared parameter fixed. What belongs to a
+//! recording (its initial states, the skew of its logger) is estimated from
+//! that recording, for every model alike: a recorded initial value is one noisy
+//! sample, and a model must not win by where it happened to start.
+
+use super::candidates::Candidate;
+use super::fitted::{Bench, Columns};
+use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
+use crate::fit::{NoiseVariance, Options, solve};
+use crate::laws::{Law, Track, View};
+use crate::model::Values;
+use crate::rig::Rig;
+use std::collections::BTreeMap;
+
+/// A model whose shared parameters are numbers.
+#[derive(Clone, Debug)]
+pub struct Frozen {
+    /// The rig with these numbers and effects.
+    pub rig: Rig,
+    /// Names of the effects whose parameters belong to a recording.
+    pub own: Vec<&'static str>,
+}
+
+/// A model run against one recording.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Predictions by output, running free over the recording (or, for a law
+    /// that is only fitted in windows, in those).
+    pub predicted: Columns,
+    /// Mean squared error by output, SI.
+    pub free_run: Vec<f64>,
+    /// The same over the horizon, each window started from data up to it.
+    pub horizon: Vec<f64>,
+    /// Parameters of this recording that were estimated, by name.
+    pub own: Vec<(String, f64)>,
+}
+
+impl Frozen {
+    /// A set of effects of a bench with fitted values.
+    pub fn new(bench: &Bench<'_>, set: &[usize], shared: &BTreeMap<String, f64>) -> Self {
+        let own = set
+            .iter()
+            .map(|&index| &bench.candidates[index])
+            .filter(|candidate| has_own(candidate))
+            .map(|candidate| candidate.effect)
+            .collect();
+        Self {
+            rig: bench.switched(set).with_values(shared),
+            own,
+        }
+    }
+
+    /// Runs the model against every recording of a bench. The bench's
+    /// candidates supply the parameters that belong to a recording.
+    pub fn run(&self, bench: &Bench<'_>, candidates: &[Candidate]) -> Vec<Option<Run>> {
+        bench
+            .tracks
+            .iter()
+            .map(|track| self.run_one(bench, candidates, track))
+            .collect()
+    }
+
+    fn run_one(
+        &self,
+        bench: &Bench<'_>,
+        candidates: &[Candidate],
+        track: &Track<'_>,
+    ) -> Option<Run> {
+        let free: Vec<FreeParameter> = candidates
+            .iter()
+            .filter(|candidate| self.own.contains(&candidate.effect))
+            .flat_map(|candidate| candidate.free.iter().cloned())
+            .filter(|free| free.scope == Scope::PerRecording)
+            .collect();
+        let tracks = std::slice::from_ref(track);
+        let sigma = bench.spread();
+        let mut problem = LawProblem {
+            law: bench.law,
+            rig: &self.rig,
+            tracks,
+            free: &free,
+            sigma: &sigma,
+            left_out: None,
+        };
+        let values = own_values(&mut problem)?;
+        let names = problem.names();
+        let (predicted, states) = problem.predict(&values).into_iter().next()?;
+        let recorded = problem.recorded(0);
+        let free_run = mean_squares(&predicted, &recorded);
+        let keys: Vec<String> = free.iter().map(|free| free.key.clone()).collect();
+        let horizon = self.horizon(bench.law, track, (&keys, &values), &states, &recorded);
+        Some(Run {
+            free_run,
+            horizon,
+            predicted,
+            own: names.into_iter().zip(values).collect(),
+        })
+    }
+
+    /// Mean squares over windows of the rig's horizon. Each window starts from
+    /// the free run's states up to then, with what was measured of them put in
+    /// from the rows up to then.
+    fn horizon(
+        &self,
+        law: Law,
+        track: &Track<'_>,
+        (keys, own): (&[String], &[f64]),
+        states: &Columns,
+        recorded: &[&[f64]],
+    ) -> Vec<f64> {
+        let values = Values {
+            rig: &self.rig,
+            keys,
+            replaced: &own[..keys.len()],
+        };
+        let mut sums = vec![(0.0, 0_usize); recorded.len()];
+        for rows in windows(&track.recording.time_s, self.rig.horizon_s()) {
+            let start: Vec<f64> = law
+                .initial_states(&self.rig, track.recording, rows.start, View::UpToNow)
+                .iter()
+                .enumerate()
+                .map(|(index, state)| match state.measured_by {
+                    Some(_) => state.guess,
+                    None => states.get(index).map_or(state.guess, |s| s[rows.start]),
+                })
+                .collect();
+            let first = rows.start;
+            let mut add = |row: usize, outputs: &[f64], _: &[f64]| {
+                for ((sum, output), column) in sums.iter_mut().zip(outputs).zip(recorded) {
+                    if row > first && output.is_finite() {
+                        sum.0 += (output - column[row]).powi(2);
+                        sum.1 += 1;
+                    }
+                }
+            };
+            law.predict(&values, track, rows, &start, &mut add);
+        }
+        sums.iter()
+            .map(|(sum, count)| sum / (*count).max(1) as f64)
+            .collect()
+    }
+}
+
+fn has_own(candidate: &Candidate) -> bool {
+    candidate
+        .free
+        .iter()
+        .any(|free| free.scope == Scope::PerRecording)
+}
+
+/// Estimates what belongs to the recording: twice, the second time with the
+/// residual's own size as the weight against the priors.
+fn own_values(problem: &mut LawProblem<'_>) -> Option<Vec<f64>> {
+    let mut parameters = problem.parameters();
+    if parameters.is_empty() {
+        return Some(Vec::new());
+    }
+    let options = Options {
+        noise: NoiseVariance::Given(1.0),
+        maximum_iterations: 40,
+        cost_tolerance: 1e-6,
+        ..Options::default()
+    };
+    let first = solve(problem, &parameters, &options).ok()?;
+    for (parameter, value) in parameters.iter_mut().zip(&first.values) {
+        parameter.start = *value;
+    }
+    let predicted = problem.predict(&first.values);
+    let squares = mean_squares(&predicted[0].0, &problem.recorded(0));
+    let sigma: Vec<f64> = squares
+        .iter()
+        .map(|square| square.sqrt().max(1e-12))
+        .collect();
+    let mut second = LawProblem {
+        sigma: &sigma,
+        law: problem.law,
+        rig: problem.rig,
+        tracks: problem.tracks,
+        free: problem.free,
+        left_out: None,
+    };
+    Some(solve(&mut second, &parameters, &options).ok()?.values)
+}
+
+fn mean_squares(predicted: &Columns, recorded: &[&[f64]]) -> Vec<f64> {
+    predicted
+        .iter()
+        .zip(recorded)
+        .map(|(column, seen)| {
+            let squares = column.iter().zip(*seen).map(|(p, r)| (p - r).powi(2));
+            let (sum, count) = squares
+                .filter(|square| square.is_finite())
+                .fold((0.0, 0_usize), |(sum, count), square| {
+                    (sum + square, count + 1)
+                });
+            sum / count.max(1) as f64
+        })
+        .collect()
+}

@@ -1,0 +1,172 @@
+//! The verdict file, as `contracts/verdict.md` lays it down.
+
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What the tool says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// The model explains the recordings to the noise.
+    NothingMissing,
+    /// Effects are named.
+    Named,
+    /// Effects are named, and others would explain as much.
+    Ambiguous,
+    /// Something is missing that no effect of the list explains.
+    Unknown,
+    /// The recordings themselves are at fault.
+    DataFault,
+    /// These signals drive no law of this rig.
+    NotObservable,
+}
+
+/// A value with its standard deviation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation; null where the data leave it open.
+    pub std: Option<f64>,
+}
+
+/// Where the misfit of the refitted baseline sits.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Located {
+    /// Place.
+    pub place: String,
+    /// Part of the whole misfit above the noise.
+    pub share: f64,
+    /// Signals that show it.
+    pub signals: Vec<String>,
+    /// Recording, from, to.
+    pub intervals_s: Vec<(String, f64, f64)>,
+    /// In words.
+    pub when: String,
+}
+
+/// A named effect.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Effect {
+    /// Name.
+    pub effect: String,
+    /// Form, where there are several.
+    pub form: Option<String>,
+    /// Where it acts.
+    pub places: Vec<String>,
+    /// Probability that it is there.
+    pub probability: f64,
+    /// Its parameters.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// How much of it a refit of the ordinary parameters would have hidden.
+    pub masked: f64,
+    /// Part of what the refitted baseline missed that it accounts for.
+    pub share: f64,
+}
+
+/// A candidate that was tried.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Ranked {
+    /// Name.
+    pub effect: String,
+    /// Form, where there are several.
+    pub form: Option<String>,
+    /// Where it would act.
+    pub places: Vec<String>,
+    /// Probability that it is there.
+    pub probability: f64,
+    /// Gain in log-likelihood on data left out of the fit.
+    pub gain: f64,
+    /// Why it was declined; null if it was not.
+    pub declined: Option<String>,
+}
+
+/// Errors per signal.
+pub type Figures = BTreeMap<String, f64>;
+
+/// Errors of one model on the two halves of the data.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FitFigures {
+    /// Normalised over the horizon, training recordings.
+    pub train: Figures,
+    /// Normalised over the horizon, held-out recordings.
+    pub held_out: Figures,
+    /// Root mean square of the free run, SI, training recordings.
+    pub free_run_train: Figures,
+    /// Root mean square of the free run, SI, held-out recordings.
+    pub free_run_held_out: Figures,
+}
+
+/// The models compared.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Fit {
+    /// The rig as given.
+    pub as_given: FitFigures,
+    /// Ordinary parameters refitted: the honest baseline.
+    pub refitted: FitFigures,
+    /// With the named effects.
+    pub improved: FitFigures,
+    /// What noise alone would leave.
+    pub noise_floor: FitFigures,
+}
+
+/// One parameter through the three models.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Parameter {
+    /// In the rig file.
+    pub given: Option<f64>,
+    /// Refitted without effects.
+    pub refitted: Option<f64>,
+    /// Refitted with the named effects.
+    pub improved: Option<f64>,
+    /// Standard deviation of the last.
+    pub std: Option<f64>,
+}
+
+/// A missing term that no effect of the list explains.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UnknownTerm {
+    /// Where.
+    pub place: String,
+    /// What it depends on.
+    pub of: Vec<String>,
+    /// In words.
+    pub expression: String,
+    /// Unit.
+    pub unit: String,
+    /// Variable, value, standard deviation.
+    pub table: Vec<(f64, f64, f64)>,
+}
+
+/// The verdict.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// "verdict/1".
+    pub format: &'static str,
+    /// The verdict in a word.
+    pub verdict: Kind,
+    /// In one sentence.
+    pub sentence: String,
+    /// Where.
+    pub located: Vec<Located>,
+    /// What.
+    pub effects: Vec<Effect>,
+    /// Everything tried.
+    pub ranking: Vec<Ranked>,
+    /// Sets that these recordings cannot tell apart.
+    pub alternatives: Vec<Vec<String>>,
+    /// What to record to tell them apart.
+    pub next_experiment: Option<String>,
+    /// Candidates that these signals cannot show.
+    pub not_observable: Vec<String>,
+    /// What no effect of the list explains.
+    pub unknown_term: Option<UnknownTerm>,
+    /// The proof.
+    pub fit: Fit,
+    /// Parameters before and after.
+    pub parameters: BTreeMap<String, Parameter>,
+    /// Remarks a reader should know.
+    pub notes: Vec<String>,
+    /// Wall time, s; not part of what is the same from run to run.
+    pub seconds: f64,
+}

@@ -1,0 +1,211 @@
+//! The catalogue of left-out physics that the model holds today: the one home
+//! of the effects' names, of their parameters' keys, units and neutral values.
+//!
+//! Names are those of a verdict (`format = "verdict/1"`); keys are read by
+//! [`crate::model`] and by the laws, which are stopped in a debug build when
+//! they read a key, or assume a neutral value, that stands otherwise here. Rig
+//! reading refuses what the catalogue does not know: a slip in a name would
+//! else switch an effect off in silence.
+
+use std::collections::BTreeMap;
+
+use crate::rig::EffectFault;
+use crate::text::expected_one_of;
+
+/// One effect of `[effects.NAME]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effect {
+    /// The name of the verdict.
+    pub name: &'static str,
+    /// Its parameters; one that a rig file leaves out is neutral.
+    pub parameters: &'static [EffectParameter],
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EffectParameter {
+    /// The key, ending in its unit where that is fixed.
+    pub key: &'static str,
+    /// The unit; `signal` stands for the unit of the command (V, or 1).
+    pub unit: &'static str,
+    /// The value that stands for an absent key. With all parameters of an
+    /// effect neutral the effect is off. `None`: an absent key leaves a number
+    /// of the rig as declared.
+    pub neutral: Option<f64>,
+    /// The least value that the law has a meaning for.
+    pub least: f64,
+}
+
+const fn parameter(
+    key: &'static str,
+    unit: &'static str,
+    neutral: f64,
+    least: f64,
+) -> EffectParameter {
+    EffectParameter {
+        key,
+        unit,
+        neutral: Some(neutral),
+        least,
+    }
+}
+
+/// A parameter that adds to a declared number and may have either sign.
+const fn signed(key: &'static str, unit: &'static str) -> EffectParameter {
+    parameter(key, unit, 0.0, f64::MIN)
+}
+
+/// A tube narrower than this is none: the law divides by its area.
+const NARROWEST_TUBE_M: f64 = 1e-4;
+/// The law divides by the bristle's stiffness.
+const SOFTEST_BRISTLE_N_M: f64 = 1e-3;
+
+/// Every effect, in the order of a verdict's list.
+pub const EFFECTS: &[Effect] = &[
+    Effect {
+        name: "tube-line",
+        parameters: &[
+            parameter("length_m", "m", 0.0, 0.0),
+            parameter("diameter_m", "m", 0.004, NARROWEST_TUBE_M),
+        ],
+    },
+    Effect {
+        name: "spool-dynamics",
+        parameters: &[
+            parameter("natural_frequency_Hz", "Hz", 0.0, 0.0),
+            parameter("damping_ratio", "1", 0.7, 0.0),
+        ],
+    },
+    Effect {
+        name: "valve-hysteresis",
+        parameters: &[parameter("width", "signal", 0.0, 0.0)],
+    },
+    Effect {
+        name: "valve-delay",
+        parameters: &[parameter("delay_s", "s", 0.0, 0.0)],
+    },
+    Effect {
+        name: "chamber-leakage",
+        parameters: &[
+            parameter("laminar_a_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
+            parameter("laminar_b_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
+            parameter("orifice_a_m2", "m2", 0.0, 0.0),
+            parameter("orifice_b_m2", "m2", 0.0, 0.0),
+            // Time of the recording at which the leak opens.
+            parameter("onset_s", "s", f64::NEG_INFINITY, f64::MIN),
+        ],
+    },
+    Effect {
+        name: "gas-temperature-dynamics",
+        parameters: &[
+            parameter("memory_a", "1", 0.0, 0.0),
+            parameter("memory_b", "1", 0.0, 0.0),
+            parameter("conductance_a_W_K", "W/K", 0.0, 0.0),
+            parameter("conductance_b_W_K", "W/K", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        name: "dead-volume",
+        parameters: &[signed("volume_a_m3", "m3"), signed("volume_b_m3", "m3")],
+    },
+    Effect {
+        name: "pressure-dependent-friction",
+        parameters: &[
+            signed("per_mean_pressure_N_Pa", "N/Pa"),
+            signed("per_pressure_difference_N_Pa", "N/Pa"),
+        ],
+    },
+    Effect {
+        name: "stribeck-friction",
+        parameters: &[signed("static_excess_N", "N")],
+    },
+    Effect {
+        name: "coulomb-friction",
+        parameters: &[
+            signed("coulomb_N", "N"),
+            EffectParameter {
+                key: "bristle_stiffness_N_m",
+                unit: "N/m",
+                neutral: None,
+                least: SOFTEST_BRISTLE_N_M,
+            },
+        ],
+    },
+    Effect {
+        name: "viscous-friction",
+        parameters: &[signed("viscous_Ns_m", "N s/m")],
+    },
+    Effect {
+        name: "constant-force",
+        parameters: &[signed("force_N", "N")],
+    },
+    Effect {
+        name: "pressure-sensor-lag",
+        parameters: &[parameter("time_constant_s", "s", 0.0, 0.0)],
+    },
+    Effect {
+        name: "position-time-skew",
+        parameters: &[signed("delay_s", "s")],
+    },
+    Effect {
+        name: "slew-limit",
+        parameters: &[
+            parameter("rising_per_s", "signal/s", 0.0, 0.0),
+            parameter("falling_per_s", "signal/s", 0.0, 0.0),
+        ],
+    },
+];
+
+/// The effect of that name.
+pub fn effect(name: &str) -> Option<&'static Effect> {
+    EFFECTS.iter().find(|effect| effect.name == name)
+}
+
+impl Effect {
+    /// The parameter of that key.
+    pub fn parameter(&self, key: &str) -> Option<&'static EffectParameter> {
+        self.parameters.iter().find(|known| known.key == key)
+    }
+}
+
+/// Whether a law may read this key and take this value for an absent one.
+pub(crate) fn is_catalogued(name: &str, key: &str, neutral: f64) -> bool {
+    effect(name)
+        .and_then(|effect| effect.parameter(key))
+        .and_then(|parameter| parameter.neutral)
+        .is_some_and(|known| known.to_bits() == neutral.to_bits())
+}
+
+/// Judges one `[effects.NAME]` of a rig file.
+pub fn check(name: &str, parameters: &BTreeMap<String, f64>) -> Result<(), EffectFault> {
+    let Some(effect) = effect(name) else {
+        let known: Vec<&str> = EFFECTS.iter().map(|effect| effect.name).collect();
+        return Err(EffectFault {
+            parameter: None,
+            problem: "unknown effect".into(),
+            expected: expected_one_of(name, &known),
+        });
+    };
+    for (key, value) in parameters {
+        check_parameter(effect, key, *value)?;
+    }
+    Ok(())
+}
+
+fn check_parameter(effect: &Effect, key: &str, value: f64) -> Result<(), EffectFault> {
+    let fault = |problem: String, expected: String| EffectFault {
+        parameter: Some(key.into()),
+        problem,
+        expected,
+    };
+    let Some(parameter) = effect.parameter(key) else {
+        let known: Vec<&str> = effect.parameters.iter().map(|known| known.key).collect();
+        let expected = expected_one_of(key, &known);
+        return Err(fault("unknown parameter".into(), expected));
+    };
+    if value >= parameter.least {
+        return Ok(());
+    }
+    let expected = format!("a number of at least {}", parameter.least);
+    Err(fault(format!("{value} is out of range"), expected))
+}

@@ -1,0 +1,595 @@
+//! The report of a diagnosis: the sentence first, then where, what, the proof,
+//! what it could be confused with, what to record next, parameters, and how it
+//! was made.
+
+use super::{BarChart, Cell, Chart, ChartStack, Page, Provenance, Role, Section, Series, Table};
+use crate::cli::diagnose::DiagnoseArguments;
+use crate::diagnose::proof::Run;
+use crate::diagnose::verdict::{FitFigures, Verdict};
+use crate::diagnose::{Diagnosis, LawDiagnosis, Model, words};
+use crate::laws::Output;
+use crate::recording::Recording;
+use crate::rig::Rig;
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// Bins of a histogram of residuals.
+const HISTOGRAM_BINS: usize = 60;
+/// Rows of one segment of a spectrum.
+const SEGMENT_ROWS: usize = 1024;
+
+/// A signal as the engineer recorded it: unit and factor from SI.
+struct Shown {
+    unit: String,
+    per_si: f64,
+}
+
+impl Shown {
+    /// The unit of the rig file; SI where the column was rescaled.
+    fn of(rig: &Rig, output: &Output) -> Self {
+        let si = Self {
+            unit: output.unit.into(),
+            per_si: 1.0,
+        };
+        match rig.signals.get(output.signal) {
+            Some(signal) if signal.scale.is_none() => Self {
+                unit: signal.unit.as_str().into(),
+                per_si: 1.0 / signal.unit.factor(),
+            },
+            _ => si,
+        }
+    }
+
+    fn column(&self, rig: &Rig, output: &Output, si: &[f64]) -> Vec<f64> {
+        let zero = match rig.signals.get(output.signal) {
+            Some(signal) if signal.unit.is_gauge() => rig.ambient_pressure_pa(),
+            _ => 0.0,
+        };
+        si.iter()
+            .map(|value| (value - zero) * self.per_si)
+            .collect()
+    }
+}
+
+/// Makes the page.
+pub fn page(rig: &Rig, diagnosis: &Diagnosis, arguments: &DiagnoseArguments) -> Page {
+    let verdict = &diagnosis.verdict;
+    let mut page = Page::new(format!("Diagnosis of {}", file_name(&arguments.rig)));
+    page.lead(verdict.sentence.clone());
+    tiles(&mut page, rig, diagnosis);
+    page.section("Where the misfit sits", |section| {
+        where_it_sits(section, rig, diagnosis)
+    });
+    page.section("What is missing, and how much of it", |section| {
+        what(section, verdict)
+    });
+    page.section("The proof", |section| proof(section, rig, diagnosis));
+    page.section(
+        "What it could be confused with, and what to record next",
+        |section| {
+            confusions(section, verdict);
+        },
+    );
+    page.section("Parameters", |section| parameters(section, verdict));
+    page.provenance(provenance(arguments, diagnosis));
+    page
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+fn kind_word(verdict: &Verdict) -> String {
+    serde_json::to_value(verdict.verdict)
+        .ok()
+        .and_then(|value| value.as_str().map(|word| word.replace('-', " ")))
+        .unwrap_or_default()
+}
+
+/// Errors of the free run: held out where there are any.
+fn shown_errors(figures: &FitFigures) -> &std::collections::BTreeMap<String, f64> {
+    if figures.free_run_held_out.is_empty() {
+        &figures.free_run_train
+    } else {
+        &figures.free_run_held_out
+    }
+}
+
+fn tiles(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis) {
+    let verdict = &diagnosis.verdict;
+    page.tile("verdict", kind_word(verdict), "", "");
+    let which = if verdict.fit.improved.free_run_held_out.is_empty() {
+        "error, training"
+    } else {
+        "error, held out"
+    };
+    for law in &diagnosis.laws {
+        for output in law.law.outputs(rig) {
+            let shown = Shown::of(rig, &output);
+            let pick = |figures: &FitFigures| {
+                shown_errors(figures)
+                    .get(output.signal)
+                    .map_or_else(String::new, |value| words::digits(value * shown.per_si))
+            };
+            page.tile(
+                format!("{}: {which}", output.signal),
+                pick(&verdict.fit.improved),
+                shown.unit.clone(),
+                format!(
+                    "was {} refitted, {} as given",
+                    pick(&verdict.fit.refitted),
+                    pick(&verdict.fit.as_given)
+                ),
+            );
+        }
+    }
+}
+
+fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
+    let verdict = &diagnosis.verdict;
+    if !verdict.located.is_empty() {
+        let mut table = Table::new(["place", "part of the misfit", "signals", "when"]);
+        for located in &verdict.located {
+            table = table.row([
+                Cell::from(located.place.as_str()),
+                Cell::from(format!("{:.0} %", 100.0 * located.share)),
+                Cell::from(located.signals.join(", ")),
+                Cell::from(located.when.as_str()),
+            ]);
+        }
+        section.table(table);
+    }
+    for law in &diagnosis.laws {
+        section.subheading(format!("Law: {}", law.law.title()));
+        section.text(
+            "Each law is driven by recorded signals in place of its neighbours, so that an error of one cannot hide in another. \
+             Shaded: where the refitted model misses most.",
+        );
+        section.chart(comparison(
+            rig,
+            law,
+            &law.train,
+            &diagnosis.train,
+            "training",
+        ));
+        for located in &law.located {
+            super::locate::charts(section, located);
+        }
+    }
+}
+
+/// Recorded against predicted, with the residuals below, for the first
+/// recording.
+fn comparison(
+    rig: &Rig,
+    law: &LawDiagnosis,
+    runs: &[Vec<Option<Run>>],
+    recordings: &[Recording],
+    which: &str,
+) -> ChartStack {
+    let name = recordings
+        .first()
+        .map_or("", |recording| recording.name.as_str());
+    let short = file_name(Path::new(name));
+    let mut stack = ChartStack::new(format!("{short} ({which})"));
+    let Some(recording) = recordings.first() else {
+        return stack;
+    };
+    let models = [
+        (Model::Given, "as given", Role::Given),
+        (Model::Refitted, "refitted", Role::Refitted),
+        (Model::Improved, "improved", Role::Improved),
+    ];
+    for (index, output) in law.law.outputs(rig).iter().enumerate() {
+        let shown = Shown::of(rig, output);
+        let seen = recording.signal(output.signal).unwrap_or(&[]);
+        let mut values = Chart::new(output.signal)
+            .x_axis("time", "s")
+            .y_axis(output.signal, shown.unit.clone())
+            .series(Series::columns(
+                "recorded",
+                Role::Recorded,
+                &recording.time_s,
+                &shown.column(rig, output, seen),
+            ));
+        let mut errors = Chart::new(format!("{}: predicted less recorded", output.signal))
+            .x_axis("time", "s")
+            .y_axis("error", shown.unit.clone());
+        for (model, label, role) in models {
+            let run = runs
+                .get(model as usize)
+                .and_then(|runs| runs.first()?.as_ref());
+            let Some(run) = run else { continue };
+            let predicted = &run.predicted[index];
+            let residual: Vec<f64> = predicted
+                .iter()
+                .zip(seen)
+                .map(|(p, r)| (p - r) * shown.per_si)
+                .collect();
+            if model != Model::Given {
+                values = values.series(Series::columns(
+                    label,
+                    role,
+                    &recording.time_s,
+                    &shown.column(rig, output, predicted),
+                ));
+            }
+            errors = errors.series(Series::columns(label, role, &recording.time_s, &residual));
+        }
+        stack = stack.panel(values).panel(errors);
+    }
+    if which == "training" {
+        for located in &law.located {
+            for (recording_name, from, to) in &located.intervals {
+                if recording_name == name {
+                    stack = stack.interval(*from, *to, "");
+                }
+            }
+        }
+    }
+    stack
+}
+
+fn what(section: &mut Section, verdict: &Verdict) {
+    if verdict.effects.is_empty() {
+        section.text("No effect is named.");
+    } else {
+        let mut table = Table::new([
+            "effect",
+            "meaning",
+            "size",
+            "probability",
+            "accounts for",
+            "a refit would hide",
+        ]);
+        for effect in &verdict.effects {
+            let sizes: Vec<String> = effect
+                .parameters
+                .iter()
+                .map(|(parameter, estimate)| {
+                    words::Size {
+                        parameter: parameter.clone(),
+                        value: estimate.value,
+                        std: estimate.std,
+                    }
+                    .spoken()
+                })
+                .collect();
+            table = table.row([
+                Cell::from(format!("{} at {}", effect.effect, effect.places.join(", "))),
+                Cell::from(words::meaning(&effect.effect, effect.form.as_deref())),
+                Cell::from(sizes.join("; ")),
+                Cell::number(effect.probability, 2),
+                Cell::from(format!("{:.0} %", 100.0 * effect.share)),
+                Cell::from(format!("{:.0} %", 100.0 * effect.masked)),
+            ]);
+        }
+        section.table(table);
+    }
+    for note in &verdict.notes {
+        section.callout(note.clone());
+    }
+    if verdict.ranking.is_empty() {
+        return;
+    }
+    section.subheading("Everything that was tried");
+    section.text(
+        "The gain is that in log-likelihood on parts of the training data that were left out of the fit, each part counted once. \
+         An effect is named when it accounts for a material part of what is missing and makes left-out data plainly or everywhere better predicted.",
+    );
+    let mut table = Table::new([
+        "effect",
+        "places",
+        "gain",
+        "probability",
+        "declined because",
+    ]);
+    for ranked in &verdict.ranking {
+        let form = ranked
+            .form
+            .as_ref()
+            .map(|form| format!(" ({form})"))
+            .unwrap_or_default();
+        table = table.row([
+            Cell::from(format!("{}{form}", ranked.effect)),
+            Cell::from(ranked.places.join(", ")),
+            Cell::number(ranked.gain, 2),
+            Cell::number(ranked.probability, 2),
+            Cell::from(ranked.declined.as_deref().unwrap_or("accepted")),
+        ]);
+    }
+    section.table(table);
+}
+
+fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
+    section.text(
+        "Every parameter was frozen before a held-out recording was read. What belongs to a recording (its initial states, the skew of its logger) is estimated from it for every model alike.",
+    );
+    section.table(error_table(rig, diagnosis));
+    section.bars(error_bars(rig, diagnosis));
+    let held = !diagnosis.held_out.is_empty();
+    for law in &diagnosis.laws {
+        let (runs, recordings) = if held {
+            (&law.held_out, &diagnosis.held_out)
+        } else {
+            (&law.train, &diagnosis.train)
+        };
+        if held {
+            section.chart(comparison(rig, law, runs, recordings, "held out"));
+        }
+        for (index, output) in law.law.outputs(rig).iter().enumerate() {
+            residual_charts(section, rig, (runs, recordings), index, output);
+        }
+    }
+}
+
+/// Free-run errors in the recording's own units.
+fn error_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
+    let fit = &diagnosis.verdict.fit;
+    let mut table = Table::new([
+        "free run, rms",
+        "unit",
+        "training",
+        "held out",
+        "horizon, training (normalised)",
+        "horizon, held out (normalised)",
+    ]);
+    for law in &diagnosis.laws {
+        for output in law.law.outputs(rig) {
+            let shown = Shown::of(rig, &output);
+            let models = [
+                ("as given", &fit.as_given),
+                ("refitted", &fit.refitted),
+                ("improved", &fit.improved),
+                ("noise floor", &fit.noise_floor),
+            ];
+            for (label, figures) in models {
+                let free = |map: &std::collections::BTreeMap<String, f64>| {
+                    map.get(output.signal)
+                        .map_or_else(String::new, |v| words::digits(v * shown.per_si))
+                };
+                let normal = |map: &std::collections::BTreeMap<String, f64>| {
+                    map.get(output.signal)
+                        .map_or_else(String::new, |v| words::digits(*v))
+                };
+                let row = [
+                    Cell::from(format!("{}, {label}", output.signal)),
+                    Cell::from(shown.unit.as_str()),
+                    Cell::from(free(&figures.free_run_train)),
+                    Cell::from(free(&figures.free_run_held_out)),
+                    Cell::from(normal(&figures.train)),
+                    Cell::from(normal(&figures.held_out)),
+                ];
+                if label == "improved" {
+                    table = table.emphasised_row(row);
+                } else {
+                    table = table.row(row);
+                }
+            }
+        }
+    }
+    table
+}
+
+fn error_bars(rig: &Rig, diagnosis: &Diagnosis) -> BarChart {
+    let fit = &diagnosis.verdict.fit;
+    let signals: Vec<&'static str> = diagnosis
+        .laws
+        .iter()
+        .flat_map(|law| law.law.outputs(rig))
+        .map(|output| output.signal)
+        .collect();
+    let relative = |figures: &FitFigures| -> Vec<f64> {
+        signals
+            .iter()
+            .map(|signal| {
+                let by = shown_errors(&fit.as_given)
+                    .get(*signal)
+                    .copied()
+                    .unwrap_or(1.0);
+                shown_errors(figures)
+                    .get(*signal)
+                    .map_or(f64::NAN, |value| value / by)
+            })
+            .collect()
+    };
+    BarChart::new(
+        "Error of the free run, relative to the rig as given",
+        signals.iter().copied(),
+    )
+    .axis("relative error", "")
+    .digits(2)
+    .bars("as given", Role::Given, relative(&fit.as_given))
+    .bars("refitted", Role::Refitted, relative(&fit.refitted))
+    .bars("improved", Role::Improved, relative(&fit.improved))
+    .bars("noise floor", Role::Noise, relative(&fit.noise_floor))
+}
+
+/// Histogram and spectrum of what is left, before and after.
+fn residual_charts(
+    section: &mut Section,
+    rig: &Rig,
+    (runs, recordings): (&[Vec<Option<Run>>], &[Recording]),
+    index: usize,
+    output: &Output,
+) {
+    let shown = Shown::of(rig, output);
+    let residuals = |model: Model| -> Vec<f64> {
+        let Some(run) = runs
+            .get(model as usize)
+            .and_then(|runs| runs.first()?.as_ref())
+        else {
+            return Vec::new();
+        };
+        let Some(recording) = recordings.first() else {
+            return Vec::new();
+        };
+        let seen = recording.signal(output.signal).unwrap_or(&[]);
+        run.predicted[index]
+            .iter()
+            .zip(seen)
+            .map(|(p, r)| (p - r) * shown.per_si)
+            .filter(|residual| residual.is_finite())
+            .collect()
+    };
+    let (before, after) = (residuals(Model::Refitted), residuals(Model::Improved));
+    if before.is_empty() {
+        return;
+    }
+    let histogram = Chart::new(format!("{}: errors", output.signal))
+        .x_axis("error", shown.unit.clone())
+        .y_axis("density", format!("1/{}", shown.unit))
+        .series(Series::histogram(
+            "refitted",
+            Role::Refitted,
+            &before,
+            HISTOGRAM_BINS,
+        ))
+        .series(Series::histogram(
+            "improved",
+            Role::Improved,
+            &after,
+            HISTOGRAM_BINS,
+        ));
+    let step_s = recordings.first().map_or(1.0, |recording| {
+        crate::laws::median_step_s(&recording.time_s)
+    });
+    let spectrum = Chart::new(format!("{}: spectrum of the errors", output.signal))
+        .x_axis("frequency", "Hz")
+        .y_axis("amplitude density", format!("{}/√Hz", shown.unit))
+        .logarithmic_x()
+        .logarithmic_y()
+        .series(Series::new(
+            "refitted",
+            Role::Refitted,
+            amplitude_density(&before, step_s),
+        ))
+        .series(Series::new(
+            "improved",
+            Role::Improved,
+            amplitude_density(&after, step_s),
+        ));
+    section.row(|row| {
+        row.chart(histogram);
+        row.chart(spectrum);
+    });
+}
+
+/// Welch's estimate: Hann windows, half overlapping; rows taken as even.
+fn amplitude_density(values: &[f64], step_s: f64) -> Vec<(f64, f64)> {
+    let length = SEGMENT_ROWS.min(values.len());
+    if length < 16 {
+        return Vec::new();
+    }
+    let transform = FftPlanner::new().plan_fft_forward(length);
+    let window: Vec<f64> = (0..length)
+        .map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / length as f64).cos())
+        .collect();
+    let power: f64 = window.iter().map(|w| w * w).sum();
+    let mut density = vec![0.0; length / 2];
+    let mut segments = 0.0;
+    for start in (0..=values.len() - length).step_by((length / 2).max(1)) {
+        let piece = &values[start..start + length];
+        let mean = piece.iter().sum::<f64>() / length as f64;
+        let mut buffer: Vec<Complex<f64>> = piece
+            .iter()
+            .zip(&window)
+            .map(|(value, w)| Complex::new((value - mean) * w, 0.0))
+            .collect();
+        transform.process(&mut buffer);
+        for (slot, bin) in density.iter_mut().zip(&buffer) {
+            *slot += 2.0 * bin.norm_sqr() * step_s / power;
+        }
+        segments += 1.0;
+    }
+    density
+        .iter()
+        .enumerate()
+        .skip(1)
+        .map(|(bin, sum)| {
+            (
+                bin as f64 / (length as f64 * step_s),
+                (sum / segments).sqrt(),
+            )
+        })
+        .collect()
+}
+
+fn confusions(section: &mut Section, verdict: &Verdict) {
+    if verdict.alternatives.is_empty() {
+        section.text(
+            "No other effect of the list explains the recordings as well as those that are named.",
+        );
+    }
+    for pair in &verdict.alternatives {
+        section.callout(format!(
+            "These recordings cannot tell {}.",
+            pair.join(" from ")
+        ));
+    }
+    if let Some(next) = &verdict.next_experiment {
+        section.subheading("What to record next");
+        section.text(next.clone());
+    }
+}
+
+fn parameters(section: &mut Section, verdict: &Verdict) {
+    let mut table = Table::new([
+        "parameter",
+        "given",
+        "refitted",
+        "improved",
+        "standard deviation",
+    ]);
+    let cell = |value: Option<f64>| Cell::from(value.map_or_else(|| "–".to_owned(), words::digits));
+    for (key, parameter) in &verdict.parameters {
+        table = table.row([
+            Cell::from(key.as_str()),
+            cell(parameter.given),
+            cell(parameter.refitted),
+            cell(parameter.improved),
+            cell(parameter.std),
+        ]);
+    }
+    section.table(table);
+}
+
+fn provenance(arguments: &DiagnoseArguments, diagnosis: &Diagnosis) -> Provenance {
+    let quote = |path: &Path| path.display().to_string();
+    let list = |paths: &[std::path::PathBuf]| {
+        paths
+            .iter()
+            .map(|path| quote(path))
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    let mut command = format!(
+        "pneuma diagnose --rig {} --train {}",
+        quote(&arguments.rig),
+        list(&arguments.train)
+    );
+    if !arguments.held_out.is_empty() {
+        command.push_str(&format!(" --held-out {}", list(&arguments.held_out)));
+    }
+    let fits: usize = diagnosis.laws.iter().map(|law| law.fits).sum();
+    let mut provenance = Provenance::new(command)
+        .fact("version", env!("CARGO_PKG_VERSION"))
+        .fact("seed", arguments.seed)
+        .fact("models fitted", fits);
+    let files = std::iter::once(&arguments.rig)
+        .chain(&arguments.train)
+        .chain(&arguments.held_out);
+    for path in files {
+        if let Ok(bytes) = std::fs::read(path) {
+            let hash: String = Sha256::digest(&bytes)
+                .iter()
+                .map(|byte| format!("{byte:02x}"))
+                .collect();
+            provenance = provenance.file(quote(path), bytes.len() as u64, hash);
+        }
+    }
+    provenance
+}

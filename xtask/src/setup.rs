@@ -1,0 +1,102 @@
+//! What must be installed, and how it gets there. Safe to repeat; quick when all is there.
+
+use crate::chip::{self, CoreForChip, TARGET};
+use crate::shell::{self, Outcome, cargo, command};
+
+/// What setup found or brought about.
+pub struct Ready {
+    /// How `core` for the microcontroller can be had.
+    pub core_for_chip: Option<CoreForChip>,
+    /// What is missing and what to do about it, one paragraph each.
+    pub missing: Vec<String>,
+}
+
+/// The task `setup`: fails if anything is missing.
+pub fn run() -> Outcome {
+    let ready = prepare();
+    if ready.missing.is_empty() {
+        println!("setup: complete");
+        return Ok(());
+    }
+    Err(format!("setup is not complete\n\n{}", ready.missing.join("\n\n")).into())
+}
+
+/// Find or install; what is missing afterwards is told, not hidden, and does not
+/// keep a task from running that can do without.
+pub fn prepare() -> Ready {
+    let mut missing = Vec::new();
+    for (component, probe) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
+        missing.extend(prepare_component(component, probe));
+    }
+    let core_for_chip = prepare_core();
+    if core_for_chip.is_none() {
+        missing.push(advice_for_core());
+    }
+    for paragraph in &missing {
+        println!("setup: MISSING: {paragraph}");
+    }
+    Ready {
+        core_for_chip,
+        missing,
+    }
+}
+
+/// `Some` advice if the component is neither there nor could be added.
+fn prepare_component(component: &str, probe: &str) -> Option<String> {
+    let is_there = || shell::succeeds(&mut cargo(&[probe, "--version"]));
+    if is_there() {
+        println!("setup: {component}: found");
+        return None;
+    }
+    println!("setup: {component}: missing, asking rustup");
+    let added = rustup(&["component", "add", component]) && is_there();
+    (!added).then(|| {
+        format!(
+            "{component}, for `cargo xtask ci`. With a network: `rustup component add \
+             {component}`; without rustup, the package of your system (Debian: `{component}`). \
+             `cargo xtask test` runs without it."
+        )
+    })
+}
+
+/// What is there comes first: asking rustup without a network can take long.
+fn prepare_core() -> Option<CoreForChip> {
+    if !chip::is_fallback_forced() {
+        if chip::toolchain_has_core() {
+            println!("setup: core for {TARGET}: found");
+            return Some(CoreForChip::Toolchain);
+        }
+        if let Some(debian) = chip::find_debian() {
+            println!("setup: core for {TARGET}: to be built from Debian's sources, found");
+            return Some(debian);
+        }
+        println!("setup: core for {TARGET}: missing, asking rustup");
+        if rustup(&["target", "add", TARGET]) && chip::toolchain_has_core() {
+            return Some(CoreForChip::Toolchain);
+        }
+    }
+    println!("setup: core for {TARGET}: to be built from Debian's sources");
+    chip::find_debian().or_else(chip::install_debian)
+}
+
+/// Whether rustup could do it; says why not.
+fn rustup(arguments: &[&str]) -> bool {
+    let mut rustup = command("rustup", arguments);
+    if !shell::is_watched() {
+        rustup.env("RUSTUP_TERM_PROGRESS_WHEN", "never");
+    }
+    let outcome = shell::run(&mut rustup);
+    if let Err(failure) = &outcome {
+        println!("setup: {failure}");
+    }
+    outcome.is_ok()
+}
+
+fn advice_for_core() -> String {
+    format!(
+        "the library `core` for {TARGET}, for the step `chip` of `cargo xtask ci`. With a \
+         network: `rustup target add {TARGET}`, or on Debian `{}`, then `cargo xtask setup` \
+         again. Everything for the host works without it.",
+        chip::debian_install_line()
+    )
+}
