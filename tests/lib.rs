@@ -1,1 +1,123 @@
 //! What the workspace tests share.
+
+use model_core::axis::{Axis, AxisInputs};
+use model_core::carriage::CarriageState;
+use model_core::chamber::{Chamber, ChamberFlow, ChamberState};
+use model_core::real::Real;
+use model_core::valve::{FlowLaw, GasState};
+
+/// State of [`plain_step`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlainState<R> {
+    /// Chamber a.
+    pub a: ChamberState<R>,
+    /// Chamber b.
+    pub b: ChamberState<R>,
+    /// Carriage.
+    pub carriage: CarriageState<R>,
+}
+
+impl<R: Real> PlainState<R> {
+    /// At rest, both chambers at the same pressure and temperature.
+    pub fn at_rest(position_m: R, pressure_pa: R, temperature_k: R) -> Self {
+        Self {
+            a: ChamberState::new(pressure_pa, temperature_k),
+            b: ChamberState::new(pressure_pa, temperature_k),
+            carriage: CarriageState::new(position_m, R::ZERO),
+        }
+    }
+}
+
+/// One step of the axis made of the paper's laws alone, without the code of any
+/// left-out effect. Returns the mean net mass flow into each chamber, kg/s.
+///
+/// It is what [`Axis::step`] must equal bit by bit while every effect is
+/// neutral, and it gives the flows that a mass balance needs.
+pub fn plain_step<R: Real>(
+    axis: &Axis<R>,
+    state: &mut PlainState<R>,
+    inputs: &AxisInputs<R>,
+) -> [R; 2] {
+    let from_m = state.carriage.position_m.value;
+    let drive_n = axis
+        .carriage
+        .drive_n(state.a.pressure_pa.value, state.b.pressure_pa.value);
+    axis.carriage
+        .step(&mut state.carriage, &axis.friction, drive_n, axis.dt_s);
+    let way_m = (from_m, state.carriage.position_m.value);
+    let supply = GasState {
+        pressure_pa: inputs.supply_pressure_pa,
+        temperature_k: axis.supply_temperature_k,
+    };
+    let areas = axis.valve.areas(inputs.command_v);
+    let pneumatics = &axis.pneumatics;
+    let chamber_step =
+        |chamber: &Chamber<R>, state: &mut ChamberState<R>, supply_m2, exhaust_m2| {
+            let stroke = chamber.stroke(way_m.0, way_m.1);
+            let flow = |gas| {
+                let ends = (supply, pneumatics.ambient);
+                port_flow(&pneumatics.law, (supply_m2, exhaust_m2), ends, gas)
+            };
+            chamber.step(state, &stroke, flow, axis.dt_s)
+        };
+    [
+        chamber_step(
+            &pneumatics.chamber_a,
+            &mut state.a,
+            areas.supply_a_m2,
+            areas.exhaust_a_m2,
+        ),
+        chamber_step(
+            &pneumatics.chamber_b,
+            &mut state.b,
+            areas.supply_b_m2,
+            areas.exhaust_b_m2,
+        ),
+    ]
+}
+
+/// Flow into a gas from the supply, less that to the exhaust.
+fn port_flow<R: Real>(
+    law: &FlowLaw<R>,
+    (supply_m2, exhaust_m2): (R, R),
+    (supply, ambient): (GasState<R>, GasState<R>),
+    gas: GasState<R>,
+) -> ChamberFlow<R> {
+    let filling = law.flow(supply_m2, supply, gas);
+    let emptying = law.flow(exhaust_m2, gas, ambient);
+    ChamberFlow::NONE
+        .with(
+            filling.mass_flow_kg_per_s,
+            filling.slope_2_kg_per_s_pa,
+            supply.temperature_k,
+            gas.temperature_k,
+        )
+        .with(
+            -emptying.mass_flow_kg_per_s,
+            -emptying.slope_1_kg_per_s_pa,
+            ambient.temperature_k,
+            gas.temperature_k,
+        )
+}
+
+/// Mass of the gas in a chamber, kg.
+pub fn mass_kg(chamber: &Chamber<f64>, state: &ChamberState<f64>, position_m: f64) -> f64 {
+    state.pressure_pa.value * chamber.geometry.volume_m3(position_m)
+        / (chamber.gas.gas_constant_j_per_kg_k * state.temperature_k.value)
+}
+
+/// Internal energy of the gas in a chamber, J.
+pub fn energy_j(chamber: &Chamber<f64>, state: &ChamberState<f64>, position_m: f64) -> f64 {
+    state.pressure_pa.value * chamber.geometry.volume_m3(position_m)
+        / (chamber.gas.heat_capacity_ratio - 1.0)
+}
+
+/// Root mean square.
+pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        sum += value * value;
+        count += 1.0;
+    }
+    (sum / f64::max(count, 1.0)).sqrt()
+}

@@ -36,11 +36,19 @@ use crate::math::Compensated;
 use crate::real::Real;
 use crate::valve::GasState;
 
-/// The least absolute pressure that a step returns, Pa.
-const LEAST_PRESSURE_PA: f64 = 100.0;
+/// The absolute pressures that a step returns, Pa.
+const PRESSURE_RANGE_PA: [f64; 2] = [100.0, 1e9];
 /// The temperatures that a step returns, K: far outside of what a pneumatic
 /// axis reaches, so that an absurd input saturates instead of dividing by nought.
 const TEMPERATURE_RANGE_K: [f64; 2] = [30.0, 3000.0];
+/// A volume below this counts as this, m3: a piston beyond its dead volume (there
+/// is no end stop here) must not divide by nought or turn the gas inside out.
+/// 10 mm3 is far under any port's volume.
+const LEAST_VOLUME_M3: f64 = 1e-8;
+/// The step's effective volume is at least this part of the volume at its end.
+/// It is 1 at rest and falls under this only where one step compresses the gas
+/// to less than a fifth: the position jumped.
+const LEAST_EFFECTIVE_SHARE: f64 = 0.1;
 
 /// How volume and surface follow the piston.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,15 +69,15 @@ impl<R: Real> ChamberGeometry<R> {
     /// V = V0 + A l(x), (4), m3.
     #[inline]
     pub fn volume_m3(&self, position_m: R) -> R {
-        self.dead_volume_m3 + self.area_m2 * self.length_m(position_m)
+        let volume = self.dead_volume_m3 + self.area_m2 * self.length_m(position_m);
+        volume.max(R::from_f64(LEAST_VOLUME_M3))
     }
 
     /// S = 2 A + pi D l(x): both end faces and the cylinder between them, m2.
     #[inline]
     pub fn surface_m2(&self, position_m: R) -> R {
-        self.area_m2
-            + self.area_m2
-            + R::from_f64(core::f64::consts::PI) * self.bore_m * self.length_m(position_m)
+        let length_m = self.length_m(position_m).max(R::ZERO);
+        self.area_m2 + self.area_m2 + R::from_f64(core::f64::consts::PI) * self.bore_m * length_m
     }
 
     fn length_m(&self, position_m: R) -> R {
@@ -229,6 +237,7 @@ impl<R: Real> Chamber<R> {
         flow: impl Fn(GasState<R>) -> ChamberFlow<R>,
         dt_s: R,
     ) -> R {
+        saturate(state);
         let half = R::from_f64(0.5);
         let start = state.gas_state();
         let first_half = Stroke {
@@ -243,16 +252,16 @@ impl<R: Real> Chamber<R> {
             dt_s * half,
             R::ONE,
         );
-        let middle = GasState {
+        let middle = saturated(GasState {
             pressure_pa: start.pressure_pa + change.pressure_pa,
             temperature_k: start.temperature_k + change.temperature_k,
-        };
+        });
         let middle_flow = flow(self.seen(middle, R::ZERO));
         let weight = self.implicit_weight(stroke, &middle_flow, dt_s);
         let (change, mean_flow) = self.advance(start, middle, stroke, &middle_flow, dt_s, weight);
         state.pressure_pa.add(change.pressure_pa);
         state.temperature_k.add(change.temperature_k);
-        self.saturate(state);
+        saturate(state);
         mean_flow
     }
 
@@ -281,6 +290,7 @@ impl<R: Real> Chamber<R> {
             + minus * heat_w * dt_s;
         let stiffness = stroke.end_m3 + (work_index - R::ONE) * grown * R::from_f64(0.5)
             - weight * enthalpy * flow.mass_temperature_slope;
+        let stiffness = stiffness.max(stroke.end_m3 * R::from_f64(LEAST_EFFECTIVE_SHARE));
         let pressure_pa = (source - work_index * start.pressure_pa * grown) / stiffness;
         let mean_flow = flow.mass_kg_per_s + flow.mass_slope * (apart + weight * pressure_pa);
         let mass_kg = start.pressure_pa * stroke.start_m3 / (constant * start.temperature_k);
@@ -367,17 +377,27 @@ impl<R: Real> Chamber<R> {
             _ => gamma,
         }
     }
+}
 
-    fn saturate(&self, state: &mut ChamberState<R>) {
-        let [coldest, hottest] = TEMPERATURE_RANGE_K.map(R::from_f64);
-        let least = R::from_f64(LEAST_PRESSURE_PA);
-        if state.pressure_pa.value < least {
-            state.pressure_pa = Compensated::new(least);
-        }
-        let temperature = state.temperature_k.value;
-        if temperature < coldest || temperature > hottest {
-            state.temperature_k = Compensated::new(temperature.clamp(coldest, hottest));
-        }
+/// The gas state within the ranges that a step returns; NaN stays NaN.
+fn saturated<R: Real>(gas: GasState<R>) -> GasState<R> {
+    let [least, most] = PRESSURE_RANGE_PA.map(R::from_f64);
+    let [coldest, hottest] = TEMPERATURE_RANGE_K.map(R::from_f64);
+    GasState {
+        pressure_pa: gas.pressure_pa.clamp(least, most),
+        temperature_k: gas.temperature_k.clamp(coldest, hottest),
+    }
+}
+
+/// The same of a chamber, without touching a sum that is within its range.
+fn saturate<R: Real>(state: &mut ChamberState<R>) {
+    let reached = state.gas_state();
+    let limited = saturated(reached);
+    if limited.pressure_pa != reached.pressure_pa {
+        state.pressure_pa = Compensated::new(limited.pressure_pa);
+    }
+    if limited.temperature_k != reached.temperature_k {
+        state.temperature_k = Compensated::new(limited.temperature_k);
     }
 }
 
@@ -539,6 +559,31 @@ mod tests {
             state.pressure_pa.value
         };
         assert!((run(&full) - run(&reduced)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn regress_a_position_that_jumps_leaves_a_gas() {
+        // A spike of a position sensor, there and back, and a piston driven past
+        // its dead volume: every model comes out with a pressure and temperature.
+        for thermal in [
+            ThermalModel::EnergyBalance,
+            ThermalModel::PolytropicProcess { index: 1.2 },
+            ThermalModel::Polytropic {
+                expansion_index: 1.11,
+                compression_index: 1.18,
+                reference_pressure_pa: 5.25e5,
+            },
+        ] {
+            let chamber = chamber(thermal);
+            let mut state = ChamberState::new(5.25e5, AMBIENT_K);
+            for way in [(-0.24, 0.25), (0.25, -0.24), (-0.24, -0.5), (-0.5, 0.0)] {
+                let stroke = chamber.stroke(way.0, way.1);
+                chamber.step(&mut state, &stroke, |_| ChamberFlow::NONE, 1e-3);
+                let pressure_pa = state.pressure_pa.value;
+                assert!((100.0..=1e9).contains(&pressure_pa), "{pressure_pa} Pa");
+                assert!((30.0..=3000.0).contains(&state.temperature_k.value));
+            }
+        }
     }
 
     #[test]

@@ -127,7 +127,10 @@ impl<R: Real> Bristle<R> {
         let target = steady * velocity_m_per_s.signum();
         let travelled = velocity_m_per_s.abs() * dt_s / steady;
         let deflection = target + (deflection_m - target) * (-travelled).exp();
-        let deflection = deflection.clamp(-steady, steady);
+        // LuGre's own bound. Not `steady`: a bristle that was bent by stiction
+        // relaxes to the sliding level over some way, not at once.
+        let most = levels.sliding_n(self, R::ZERO) / self.stiffness_n_per_m;
+        let deflection = deflection.clamp(-most, most);
         let force = self.force_n(levels, deflection_m, deflection, velocity_m_per_s, dt_s);
         (deflection, force)
     }
@@ -204,6 +207,21 @@ mod tests {
             assert!(momentum.abs() < 1e-6, "momentum {momentum}");
             assert!(bristle_left.abs() < 1e-9, "bristle {bristle_left}");
         }
+    }
+
+    #[test]
+    fn regress_a_bristle_bent_by_stiction_relaxes_over_its_way() {
+        let (bristle, levels) = (paper::bristle::<f64>(), paper::friction_levels::<f64>());
+        let bent = levels.static_n / bristle.stiffness_n_per_m;
+        let velocity = 0.01;
+        let (after, _) = bristle.step_driven(&levels, velocity, bent, 1e-3);
+        // The bristle equation at constant velocity, in steps of 10 ns.
+        let g = levels.sliding_n(&bristle, velocity);
+        let mut fine = bent;
+        for _ in 0..100_000 {
+            fine += 1e-8 * (velocity - bristle.stiffness_n_per_m * velocity / g * fine);
+        }
+        assert!((after - fine).abs() < 1e-9, "{after} against {fine}");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::{InitialState, Output, Sink, Track, View};
 use crate::model::Values;
 use crate::recording::Recording;
 use model_core::carriage::CarriageState;
+use model_core::friction::{Bristle, FrictionLevels};
 use model_core::real::Real;
 use std::ops::Range;
 
@@ -11,8 +12,6 @@ use std::ops::Range;
 /// error is several times the noise of a good position sensor (measured: 5 mm/s
 /// against 1.6 mm/s rms of velocity).
 const LONGEST_STEP_S: f64 = 2.5e-4;
-/// Motion before a window from which the bristle's deflection is found, s.
-const WARM_UP_S: f64 = 0.1;
 
 pub(super) const OUTPUT: Output = Output {
     signal: "x",
@@ -54,8 +53,13 @@ pub(super) fn predict<R: Real>(
     let carriage = values.carriage();
     let (declared, terms) = (values.friction_levels(), values.friction_terms());
     let ambient = carriage.ambient_pressure_pa;
+    let drive = |p_a: R, p_b: R| carriage.drive_n(p_a, p_b) - terms.constant_force_n;
     let mut state = CarriageState::new(initial[0], initial[1]);
-    state.deflection_m = warm_deflection(values, track, rows.start);
+    let at_start = |p: &[f64]| R::from_f64(p.get(rows.start).copied().unwrap_or(f64::NAN));
+    let (p_a, p_b) = (at_start(a), at_start(b));
+    let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
+    let drive_n = drive(p_a, p_b);
+    state.deflection_m = start_deflection(&carriage.bristle, &levels, initial[1], drive_n);
     sink.row(rows.start, &[initial[0]], initial);
     for row in rows.start..rows.end.saturating_sub(1) {
         let dt_s = track.dt_s(row);
@@ -66,28 +70,86 @@ pub(super) fn predict<R: Real>(
             let between = |p: &[f64]| R::from_f64(p[row] + share * (p[row + 1] - p[row]));
             let (p_a, p_b) = (between(a), between(b));
             let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
-            let drive = carriage.drive_n(p_a, p_b) - terms.constant_force_n;
-            carriage.step(&mut state, &levels, drive, step_s);
+            carriage.step(&mut state, &levels, drive(p_a, p_b), step_s);
         }
         let position = state.position_m.value;
         sink.row(row + 1, &[position], &[position, state.velocity_m_per_s]);
     }
 }
 
-/// Deflection of the bristle at a row, driven by the recorded motion before it.
-fn warm_deflection<R: Real>(values: &Values<'_, R>, track: &Track<'_>, row: usize) -> R {
-    let Some(motion) = track.motion.as_ref() else {
-        return R::ZERO;
+/// Deflection at the start of a window: steady where the carriage slides; where
+/// it stands, the one that carries the drive force, as far as stiction can.
+///
+/// Not from the motion before the window: a carriage that stands under load has
+/// its bristle bent since long ago, and beginning with a relaxed bristle lets it
+/// break away, millimetres within the window. A wrong guess while sliding is
+/// forgotten within 0.1 mm of way.
+fn start_deflection<R: Real>(
+    bristle: &Bristle<R>,
+    levels: &FrictionLevels<R>,
+    velocity_m_per_s: R,
+    drive_n: R,
+) -> R {
+    let most_n = levels.sliding_n(bristle, velocity_m_per_s);
+    let slides = velocity_m_per_s.abs() > bristle.stribeck_velocity_m_per_s;
+    let carried_n = if slides {
+        most_n * velocity_m_per_s.signum()
+    } else {
+        drive_n.clamp(-most_n, most_n)
     };
-    let (bristle, levels) = (values.bristle(), values.friction_levels());
-    let time = &track.recording.time_s;
-    let from = time.partition_point(|&instant| instant < time[row] - WARM_UP_S);
-    let mut deflection = R::ZERO;
-    for earlier in from..row {
-        let way = motion.position_m[earlier + 1] - motion.position_m[earlier];
-        let dt_s = track.dt_s(earlier);
-        let velocity = R::from_f64(way / dt_s);
-        (deflection, _) = bristle.step_driven(&levels, velocity, deflection, R::from_f64(dt_s));
+    carried_n / bristle.stiffness_n_per_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::laws::Law;
+    use crate::rig::Rig;
+    use std::collections::BTreeMap;
+
+    const RIG: &str = r#"
+        format = "rig/1"
+        [signals]
+        t = { column = "t", unit = "s" }
+        x = { column = "x", unit = "m" }
+        p_a = { column = "p_a", unit = "Pa(abs)" }
+        p_b = { column = "p_b", unit = "Pa(abs)" }
+        [cylinder]
+        area_a_m2 = 4.909e-4
+        area_b_m2 = 4.909e-4
+        [carriage]
+        mass_kg = 2.0
+        [friction]
+        bristle_stiffness_N_m = 9.14e5
+        bristle_damping_Ns_m = 1327.0
+        coulomb_N = 20.2
+        static_N = 28.9
+        stribeck_velocity_m_s = 5.03e-3
+    "#;
+
+    #[test]
+    fn regress_a_carriage_that_stands_under_load_stays() {
+        // 27 N below a stiction of 28.9 N, standing since long before the window.
+        let rig = Rig::parse(RIG, "rig.toml").unwrap();
+        let time: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-3).collect();
+        let level = |value: f64| vec![value; time.len()];
+        let signals = BTreeMap::from([
+            ("x".to_owned(), level(0.1)),
+            ("p_a".to_owned(), level(5e5 + 27.0 / 4.909e-4)),
+            ("p_b".to_owned(), level(5e5)),
+        ]);
+        let recording = Recording::from_signals("standing", time, signals);
+        let values = Values::<f64> {
+            rig: &rig,
+            keys: &[],
+            replaced: &[],
+        };
+        let mut farthest = 0.0_f64;
+        let mut sink = |_: usize, outputs: &[f64], _: &[f64]| {
+            farthest = farthest.max((outputs[0] - 0.1).abs());
+        };
+        let track = Track::new(&recording);
+        Law::Carriage.predict(&values, &track, 500..750, &[0.1, 0.0], &mut sink);
+        assert!(farthest < 1e-6, "moved {farthest} m");
     }
-    deflection
 }

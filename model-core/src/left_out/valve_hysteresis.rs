@@ -25,7 +25,17 @@ impl<R: Real> ValveHysteresis<R> {
     #[inline]
     pub fn step(&self, position: R, command: R) -> R {
         let half = self.width * R::from_f64(0.5);
-        position.clamp(command - half, command + half)
+        let (lower, upper) = (command - half, command + half);
+        if position < lower {
+            lower
+        } else if position > upper {
+            upper
+        } else if lower <= upper {
+            position
+        } else {
+            // Only NaN gets here: held back, it would pass for a steady command.
+            command
+        }
     }
 }
 
@@ -40,5 +50,12 @@ mod tests {
         assert!((up - 0.95).abs() < 1e-12);
         assert!((play.step(up, 0.92) - 0.95).abs() < 1e-12);
         assert!((play.step(up, 0.80) - 0.85).abs() < 1e-12);
+    }
+
+    #[test]
+    fn regress_a_nan_command_is_not_held_back() {
+        for width in [0.0, 0.1] {
+            assert!(ValveHysteresis { width }.step(1.0, f64::NAN).is_nan());
+        }
     }
 }

@@ -93,7 +93,8 @@ impl<const N: usize> Div for Dual<N> {
     #[inline]
     fn div(self, other: Self) -> Self {
         let inverse = 1.0 / other.value;
-        let value = self.value * inverse;
+        // Not `self.value * inverse`: a run with duals has the bits of one in f64.
+        let value = self.value / other.value;
         self.combine(other, value, inverse, -value * inverse)
     }
 }

@@ -91,12 +91,13 @@ impl<R: Real> AreaTable<R> {
     }
 
     /// The opening whose area times `flow_per_m2` is `flow`, and whether there
-    /// is one; else the end of the table that comes nearest.
+    /// is one; else the end of the table that comes nearest: shut where the path
+    /// runs backwards.
     pub fn opening_v(&self, flow: R, flow_per_m2: R) -> (R, bool) {
         let last = self.length - 1;
         let full_v = self.openings_v[last] * self.opening_stretch;
         if flow_per_m2 <= R::ZERO {
-            return (full_v, false);
+            return (R::ZERO, false);
         }
         let area = flow / flow_per_m2 / self.area_scale;
         if area > self.areas_m2[last] {

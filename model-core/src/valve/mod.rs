@@ -209,6 +209,26 @@ mod tests {
     }
 
     #[test]
+    fn regress_a_path_that_runs_backwards_is_kept_shut() {
+        // Compressed above the supply a chamber cannot be filled, nor one below
+        // the exhaust be emptied: opening would only do the opposite.
+        let valve = paper::axis::<f64>().valve;
+        for (pressure_pa, wanted) in [(7.5e5, 1e-3), (0.8e5, -1e-3)] {
+            let chamber = GasState {
+                pressure_pa,
+                temperature_k: 293.15,
+            };
+            let inverse = valve.command_for_flow(Port::A, wanted, chamber, SUPPLY, EXHAUST);
+            assert!(!inverse.reached);
+            let found = net_flow(&valve, Port::A, inverse.command_v, chamber);
+            for command_v in [0.0, 2.0, 8.0, 10.0] {
+                let other = net_flow(&valve, Port::A, command_v, chamber);
+                assert!((found - wanted).abs() <= (other - wanted).abs());
+            }
+        }
+    }
+
+    #[test]
     fn prop_ports_mirror_each_other() {
         let valve = paper::axis::<f64>().valve;
         let above = valve.areas(valve.null_v + 1.5);

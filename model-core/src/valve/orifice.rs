@@ -24,6 +24,11 @@ const DISCHARGE: [f64; 3] = [0.8153, 0.0933, -0.1038];
 /// 1 Pa is a vacuum that no pneumatic axis sees.
 const LEAST_PRESSURE_PA: f64 = 1.0;
 
+/// A laminar ratio above this is taken as this: at 1 the law's slope is
+/// infinite where the pressures are equal. 0.9999 is ten times nearer to 1 than
+/// any in use.
+const MOST_LAMINAR_RATIO: f64 = 0.9999;
+
 /// Parameters of the flow law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlowLaw<R> {
@@ -95,7 +100,9 @@ impl<R: Real> FlowLaw<R> {
     /// psi(r) and its derivative.
     fn psi(&self, ratio: R) -> (R, R) {
         let critical = self.critical_pressure_ratio;
-        let laminar = self.laminar_pressure_ratio;
+        let laminar = self
+            .laminar_pressure_ratio
+            .min(R::from_f64(MOST_LAMINAR_RATIO));
         if ratio <= critical {
             return (R::ONE, R::ZERO);
         }
@@ -207,6 +214,19 @@ mod tests {
         let by_hand = 16.7e-6 * 0.8153 * 0.040_418_4 * 6e5 / 293.15_f64.sqrt();
         assert!((flow - by_hand).abs() < 1e-6 * by_hand);
         assert!((flow - 0.0193).abs() < 0.0005);
+    }
+
+    #[test]
+    fn regress_a_laminar_ratio_of_one_passes_nothing_at_equal_pressures() {
+        let law = FlowLaw {
+            laminar_pressure_ratio: 1.0,
+            ..law()
+        };
+        for ratio in [1.0 - 1e-16, 1.0] {
+            let flow = law.flow(1e-5, side(6e5, 293.0), side(6e5 * ratio, 293.0));
+            assert!(flow.mass_flow_kg_per_s.abs() < 1e-12);
+            assert!(flow.slope_1_kg_per_s_pa.is_finite());
+        }
     }
 
     #[test]
