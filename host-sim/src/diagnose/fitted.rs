@@ -59,7 +59,7 @@ pub struct Fitted {
 }
 
 /// Enough to tell sets apart; the winner is polished afterwards.
-const SEARCH_ITERATIONS: usize = 30;
+const SEARCH_ITERATIONS: usize = 40;
 
 impl<'a> Bench<'a> {
     /// Puts law, rig and recordings on the bench.
@@ -144,7 +144,7 @@ impl<'a> Bench<'a> {
         let options = Options {
             maximum_iterations: SEARCH_ITERATIONS,
             noise: NoiseVariance::Given(1.0),
-            cost_tolerance: 1e-5,
+            cost_tolerance: 1e-7,
             ..Options::default()
         };
         let fit = solve(&mut problem, &parameters, &options).ok()?;
