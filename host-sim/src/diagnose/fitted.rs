@@ -58,6 +58,8 @@ pub struct Fitted {
     pub mean_square: Vec<f64>,
 }
 
+/// Enough to see which start leads down.
+const PILOT_ITERATIONS: usize = 6;
 /// Enough to tell sets apart; the winner is polished afterwards.
 const SEARCH_ITERATIONS: usize = 40;
 
@@ -95,9 +97,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Fits a set, started from a model without some of its effects. Every
-    /// start of the new effects is tried; the best wins. A child that ends
-    /// worse than its parent is started once more from the parent with its new
-    /// effects all but switched off.
+    /// start of the new effects is followed for a few steps, the best to its end.
     pub fn fit(&self, set: &[usize], parent: Option<&Fitted>) -> Option<Fitted> {
         let new: Vec<usize> = set
             .iter()
@@ -109,15 +109,22 @@ impl<'a> Bench<'a> {
             .map(|&index| self.candidates[index].starts.len())
             .max()
             .unwrap_or(1);
-        (0..count)
-            .filter_map(|start| self.fit_from(set, parent, start, None))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+        let best = if count == 1 {
+            0
+        } else {
+            let tried = (0..count).filter_map(|start| {
+                let (cost, _) = self.fit_from(set, parent, start, None, PILOT_ITERATIONS)?;
+                Some((cost, start))
+            });
+            tried.min_by(|a, b| a.0.total_cmp(&b.0))?.1
+        };
+        self.fit_from(set, parent, best, None, SEARCH_ITERATIONS)
             .map(|(_, fitted)| fitted)
     }
 
     /// Fits with a fold left out, from the full fit. Returns the values.
     fn fit_without(&self, full: &Fitted, fold: usize) -> Option<Vec<f64>> {
-        self.fit_from(&full.set, Some(full), 0, Some(fold))
+        self.fit_from(&full.set, Some(full), 0, Some(fold), SEARCH_ITERATIONS)
             .map(|(_, fitted)| fitted.values)
     }
 
@@ -127,6 +134,7 @@ impl<'a> Bench<'a> {
         parent: Option<&Fitted>,
         start: usize,
         left_out: Option<usize>,
+        maximum_iterations: usize,
     ) -> Option<(f64, Fitted)> {
         let rig = self.switched(set);
         let free = self.free(set);
@@ -142,7 +150,7 @@ impl<'a> Bench<'a> {
         let names = problem.names();
         let parameters = self.started(problem.parameters(), &names, set, parent, start);
         let options = Options {
-            maximum_iterations: SEARCH_ITERATIONS,
+            maximum_iterations,
             noise: NoiseVariance::Given(1.0),
             cost_tolerance: 1e-7,
             ..Options::default()

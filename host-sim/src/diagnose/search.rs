@@ -31,6 +31,9 @@ pub const PLAIN_RATIO: f64 = 0.85;
 /// denominator of a share.
 const LEAST_MISFIT: f64 = 0.05;
 
+/// A misfit whose energy is this much above the noise's is noise.
+const TO_THE_NOISE: f64 = 0.05;
+
 /// Cross-validated squares per output and fold.
 type Judged = Vec<Vec<f64>>;
 
@@ -58,10 +61,27 @@ pub struct Evidence {
 }
 
 impl Evidence {
+    /// An effect that need not be tried: what is left is noise.
+    fn needless(candidate: usize) -> Self {
+        Self {
+            candidate,
+            ratio: 1.0,
+            share: 0.0,
+            folds_better: (0, 0),
+            gain: 0.0,
+            probability: 0.01,
+            at_bound: false,
+            accepted: false,
+        }
+    }
+
     /// Why it was declined, in words; `None` if it was not.
     pub fn reason(&self) -> Option<String> {
         if self.accepted {
             return None;
+        }
+        if self.folds_better.1 == 0 {
+            return Some("what is left without it is noise".into());
         }
         let (better, folds) = self.folds_better;
         Some(if self.at_bound {
@@ -124,8 +144,7 @@ pub fn baseline(bench: &Bench<'_>) -> Option<Fitted> {
 pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> Outcome {
     let mut judge = Judge::new(bench, baseline);
     let singles = judge.fit_children(std::slice::from_ref(baseline));
-    let (deepest, mut fits) = grow(&judge, singles.clone(), progress);
-    fits += singles.len();
+    let deepest = grow(&mut judge, singles, progress);
     let start = deepest.unwrap_or_else(|| baseline.clone());
     progress("judging each effect by data left out of the fit");
     let (improved, kept) = eliminate(&mut judge, start);
@@ -139,42 +158,30 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
         improved,
         evidence,
         rivals,
-        fits: fits + judge.fits,
+        fits: judge.fits,
     }
 }
 
 /// Grows sets from the singles; returns the best set found.
-fn grow(
-    judge: &Judge<'_>,
-    singles: Vec<Fitted>,
-    progress: &dyn Fn(&str),
-) -> (Option<Fitted>, usize) {
+fn grow(judge: &mut Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) -> Option<Fitted> {
     let mut beam = judge.best(singles);
-    let mut best = beam.first().cloned();
-    let mut fits = 0;
+    let mut best = beam.first()?.clone();
     let mut stale = 0;
     for size in 2..=LARGEST_SET {
-        progress(&format!("sets of {size} effects"));
-        let children = judge.fit_children(&beam);
-        fits += children.len();
-        beam = judge.best(children);
-        let Some(leader) = beam.first() else { break };
-        let before = best
-            .as_ref()
-            .map_or(f64::INFINITY, |best| judge.score(best));
-        if judge.score(leader) < before - WORTH_GROWING {
-            stale = 0;
-        } else {
-            stale += 1;
-        }
-        if judge.score(leader) < before {
-            best = Some(leader.clone());
-        }
-        if stale == 2 {
+        if stale == 2 || judge.is_noise(&best) {
             break;
         }
+        progress(&format!("sets of {size} effects"));
+        let children = judge.fit_children(&beam);
+        beam = judge.best(children);
+        let Some(leader) = beam.first() else { break };
+        let gain = judge.score(&best) - judge.score(leader);
+        stale = if gain > WORTH_GROWING { 0 } else { stale + 1 };
+        if gain > 0.0 {
+            best = leader.clone();
+        }
     }
-    (best, fits)
+    Some(best)
 }
 
 /// Takes out the weakest effect until all that are left are accepted.
@@ -206,6 +213,11 @@ fn eliminate(judge: &mut Judge<'_>, mut model: Fitted) -> (Fitted, Vec<Evidence>
 
 /// What each effect that was not accepted would add to the accepted ones.
 fn declined_evidence(judge: &mut Judge<'_>, improved: &Fitted) -> Vec<Evidence> {
+    if judge.is_noise(improved) {
+        let count = judge.bench.candidates.len();
+        let declined = (0..count).filter(|index| !improved.set.contains(index));
+        return declined.map(Evidence::needless).collect();
+    }
     let children = judge.fit_children(std::slice::from_ref(improved));
     children
         .into_iter()
@@ -237,6 +249,10 @@ fn rivals(judge: &mut Judge<'_>, improved: &Fitted, declined: &[Evidence]) -> Ve
             let Some(swapped) = judge.with(&without, rival).filter(|_| !same_effect) else {
                 continue;
             };
+            // Plainly worse on the data it was fitted to: no need to ask others.
+            if judge.score(improved) - judge.score(&swapped) < PLAIN_RATIO.ln() {
+                continue;
+            }
             if judge.evidence(&swapped, &without, rival).accepted
                 && judge.ratio(improved, &swapped) > PLAIN_RATIO
             {
@@ -277,6 +293,14 @@ impl<'a> Judge<'a> {
             .sum()
     }
 
+    /// Whether what a model leaves is noise, in every output.
+    fn is_noise(&self, fitted: &Fitted) -> bool {
+        let outputs = fitted.mean_square.iter().zip(&self.bench.noise);
+        outputs
+            .into_iter()
+            .all(|(square, noise)| square / noise.powi(2) - 1.0 < TO_THE_NOISE)
+    }
+
     /// The best models, one per set.
     fn best(&self, mut models: Vec<Fitted>) -> Vec<Fitted> {
         models.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
@@ -286,7 +310,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Every parent with every candidate that it does not have.
-    fn fit_children(&self, parents: &[Fitted]) -> Vec<Fitted> {
+    fn fit_children(&mut self, parents: &[Fitted]) -> Vec<Fitted> {
         let mut jobs: Vec<(Set, &Fitted)> = Vec::new();
         for parent in parents {
             for candidate in 0..self.bench.candidates.len() {
@@ -297,10 +321,12 @@ impl<'a> Judge<'a> {
                 }
             }
         }
-        parallel(&jobs, |(set, parent)| self.bench.fit(set, Some(parent)))
-            .into_iter()
-            .flatten()
-            .collect()
+        let bench = self.bench;
+        let fitted = parallel(&jobs, |(set, parent)| bench.fit(set, Some(parent)));
+        let children: Vec<Fitted> = fitted.into_iter().flatten().collect();
+        self.fits += children.len();
+        self.fitted.extend(children.iter().cloned());
+        children
     }
 
     /// Two forms of one effect at one place are rivals, not partners.
