@@ -1,8 +1,10 @@
 //! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
 
+pub mod charts;
 pub mod cli;
 pub mod diagnose;
 pub mod fit;
+pub mod identify;
 pub mod inspect;
 pub mod laws;
 pub mod model;

@@ -4,7 +4,7 @@ use std::io;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use host_sim::cli::{self, inspect::InspectArguments};
+use host_sim::cli::{self, fit::FitArguments, inspect::InspectArguments};
 
 /// Servo-pneumatic axes: check recordings against a rig file.
 #[derive(Parser)]
@@ -16,6 +16,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Fit(FitArguments),
     Inspect(InspectArguments),
 }
 
@@ -23,6 +24,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let mut out = io::stdout().lock();
     let outcome = match &cli.command {
+        Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
     };
     ExitCode::from(cli::exit_status(outcome))

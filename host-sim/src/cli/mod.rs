@@ -1,6 +1,8 @@
 //! The commands of the `pneuma` program. Each returns an exit status; a bad
 //! input is one line on standard error and status 2.
 
+pub mod fit;
+mod inputs;
 pub mod inspect;
 
 use std::io::{self, Write};

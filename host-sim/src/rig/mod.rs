@@ -24,7 +24,7 @@ mod write;
 use std::collections::BTreeMap;
 
 pub use error::{RigError, UnknownKey};
-pub use keys::{ValveTable, numeric_keys};
+pub use keys::{ValveTable, key_bounds, numeric_keys};
 pub use read::{EffectCheck, signal_dimension};
 
 use crate::units::Unit;
