@@ -2,6 +2,7 @@
 
 pub mod charts;
 pub mod cli;
+pub mod compare;
 pub mod diagnose;
 pub mod fit;
 pub mod identify;

@@ -4,9 +4,11 @@ use std::io;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use host_sim::cli::{self, fit::FitArguments, inspect::InspectArguments};
+use host_sim::cli::{
+    self, compare::CompareArguments, fit::FitArguments, inspect::InspectArguments,
+};
 
-/// Servo-pneumatic axes: check recordings against a rig file.
+/// Servo-pneumatic axes: check recordings, compare and fit a rig file to them.
 #[derive(Parser)]
 #[command(name = "pneuma", version)]
 struct Cli {
@@ -16,6 +18,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Compare(CompareArguments),
     Fit(FitArguments),
     Inspect(InspectArguments),
 }
@@ -24,6 +27,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let mut out = io::stdout().lock();
     let outcome = match &cli.command {
+        Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
     };

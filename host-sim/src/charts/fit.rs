@@ -1,7 +1,10 @@
 //! The page of `pneuma fit`.
 
-use super::prediction::{Curve, prediction_stack, shown};
-use crate::identify::{BeforeAfter, FittedParameter, LawFit, Residuals, SignalError, rms};
+use super::capitalised;
+use super::prediction::{
+    CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack, shown, worst_recording,
+};
+use crate::identify::{BeforeAfter, FittedParameter, LawFit, Residuals, SignalError};
 use crate::laws::Track;
 use crate::report::{BarChart, Cell, Matrix, Page, Role, Section, Table, number};
 use crate::rig::Rig;
@@ -32,12 +35,6 @@ pub fn fit_page(
         });
     }
     page
-}
-
-fn capitalised(text: &str) -> String {
-    let mut characters = text.chars();
-    let first = characters.next().map(|first| first.to_uppercase().to_string());
-    first.unwrap_or_default() + characters.as_str()
 }
 
 /// The errors that matter most: of held-out recordings where there are any.
@@ -186,12 +183,14 @@ fn plots(
     ];
     let mut opened = false;
     for (name, tracks, before, after) in sets {
-        let worst = worst_recording(after.as_ref());
+        let worst = after.as_ref().map_or(0, worst_recording);
         let order = (0..tracks.len()).filter(|&one| one == worst);
         let others = (0..tracks.len()).filter(|&one| one != worst);
         for recording in order.chain(others) {
             let curves = curves(before.as_ref(), after.as_ref());
-            let stack = prediction_stack(fit.law, rig, &tracks[recording], recording, &curves);
+            let detail = if opened { CLOSED_DETAIL } else { OPEN_DETAIL };
+            let track = &tracks[recording];
+            let stack = prediction_stack(fit.law, rig, track, recording, &curves, detail);
             if opened {
                 let file = &tracks[recording].recording.name;
                 section.details(format!("{name} recording {file}"), |details| {
@@ -217,23 +216,3 @@ fn curves<'a>(before: Option<&'a Residuals>, after: Option<&'a Residuals>) -> Ve
     named.into_iter().filter_map(curve).collect()
 }
 
-/// The recording whose outputs are predicted worst, each output against its
-/// own mean over the recordings.
-fn worst_recording(residuals: Option<&Residuals>) -> usize {
-    let Some(residuals) = residuals else {
-        return 0;
-    };
-    let count = residuals.first().map_or(0, Vec::len);
-    let badness = |recording: usize| -> f64 {
-        let outputs = residuals.iter();
-        outputs
-            .map(|columns| {
-                let whole = rms(columns).max(f64::MIN_POSITIVE);
-                rms(&columns[recording..=recording]) / whole
-            })
-            .sum()
-    };
-    (0..count)
-        .max_by(|&a, &b| badness(a).total_cmp(&badness(b)))
-        .unwrap_or(0)
-}

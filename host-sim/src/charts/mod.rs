@@ -2,10 +2,22 @@
 //! [`crate::report`].
 //!
 //! * `prediction.rs`: recorded and predicted signals, residuals, what drove them
-//! * `fit.rs`: the page of `pneuma fit`
+//! * `locate.rs`: where a misfit sits
+//! * `fit.rs`, `compare.rs`: the pages of the commands
 
+mod compare;
 mod fit;
+mod locate;
 mod prediction;
 
+pub use compare::compare_page;
 pub use fit::fit_page;
-pub use prediction::{Curve, prediction_stack};
+pub use locate::{located_misfit, shade_intervals};
+pub use prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack};
+
+/// The first letter made large.
+fn capitalised(text: &str) -> String {
+    let mut characters = text.chars();
+    let first = characters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + characters.as_str()
+}

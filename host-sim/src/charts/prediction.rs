@@ -1,6 +1,6 @@
 //! Recorded and predicted signals over time, with what drove the law.
 
-use crate::identify::Residuals;
+use crate::identify::{Residuals, rms};
 use crate::laws::{Law, Track};
 use crate::report::{Chart, ChartStack, Role, Series};
 use crate::rig::Rig;
@@ -11,6 +11,11 @@ const INPUT_HEIGHT_PX: u32 = 80;
 const OUTPUT_HEIGHT_PX: u32 = 170;
 /// Height of a panel of residuals.
 const RESIDUAL_HEIGHT_PX: u32 = 110;
+
+/// Points of a curve in a chart that the reader sees at once.
+pub const OPEN_DETAIL: usize = 4_000;
+/// Points of a curve in a chart that the reader has to open.
+pub const CLOSED_DETAIL: usize = 1_500;
 
 /// A prediction to be drawn: its residuals (predicted less recorded).
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +41,8 @@ pub(super) fn shown(unit: &'static str) -> Shown {
         "Pa" => ("kPa", 1e-3),
         "m" => ("mm", 1e3),
         "m/s" => ("mm/s", 1e3),
-        "1" => ("%", 100.0),
+        "Pa/s" => ("kPa/s", 1e-3),
+        "1" => ("", 1.0),
         other => (other, 1.0),
     };
     Shown { unit, per_si }
@@ -57,6 +63,7 @@ pub fn prediction_stack(
     track: &Track<'_>,
     recording: usize,
     curves: &[Curve<'_>],
+    detail: usize,
 ) -> ChartStack {
     let time_s = &track.recording.time_s;
     let mut stack = ChartStack::new(track.recording.name.clone());
@@ -79,7 +86,7 @@ pub fn prediction_stack(
             panel = panel.series(line(curve.name, curve.role, time_s, &whole, unit));
             misfit = misfit.series(line(curve.name, curve.role, time_s, residual, unit));
         }
-        stack = stack.panel(panel).panel(misfit);
+        stack = stack.panel(panel.detail(detail)).panel(misfit.detail(detail));
     }
     let inputs: Vec<Chart> = input_panels(law, rig, track);
     let last = inputs.len();
@@ -89,7 +96,7 @@ pub fn prediction_stack(
         } else {
             input
         };
-        stack = stack.panel(input);
+        stack = stack.panel(input.detail(detail));
     }
     stack
 }
@@ -154,4 +161,22 @@ pub(super) fn quantity(signal: &str) -> &'static str {
         signal if signal.starts_with("p_") => "pressure",
         _ => "value",
     }
+}
+
+/// The recording whose outputs are predicted worst, each output against its
+/// own error over all recordings.
+pub(super) fn worst_recording(residuals: &Residuals) -> usize {
+    let count = residuals.first().map_or(0, Vec::len);
+    let badness = |recording: usize| -> f64 {
+        let outputs = residuals.iter();
+        outputs
+            .map(|columns| {
+                let whole = rms(columns).max(f64::MIN_POSITIVE);
+                rms(&columns[recording..=recording]) / whole
+            })
+            .sum()
+    };
+    (0..count)
+        .max_by(|&a, &b| badness(a).total_cmp(&badness(b)))
+        .unwrap_or(0)
 }

@@ -2,4 +2,6 @@
 
 pub mod candidates;
 pub mod fitted;
+pub mod locate;
+mod phrase;
 pub mod search;

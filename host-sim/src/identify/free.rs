@@ -146,17 +146,17 @@ fn misfit_scale(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> f64 {
 fn effect_parameter<'c>(
     rig: &Rig,
     request: &FreeRequest,
-    mut offered: impl Iterator<Item = &'c Candidate>,
+    offered: impl Iterator<Item = &'c Candidate>,
 ) -> Result<FreeParameter, String> {
-    let known = offered.find_map(|candidate| {
-        let mut free = candidate.free.iter();
-        free.find(|free| free.key == request.key).cloned()
-    });
+    let offered: Vec<&FreeParameter> = offered.flat_map(|one| &one.free).collect();
+    let known = offered.iter().find(|free| free.key == request.key);
+    let known: Option<FreeParameter> = known.map(|known| (*known).clone());
+    let names: Vec<&str> = offered.iter().map(|free| free.key.as_str()).collect();
     let start = request
         .start
         .or_else(|| rig.value(&request.key))
         .or_else(|| known.as_ref().map(|known| known.parameter.start))
-        .ok_or_else(|| no_start(&request.key))?;
+        .ok_or_else(|| no_start(&request.key) + &did_you_mean(&request.key, &names))?;
     let mut free = known.unwrap_or_else(|| FreeParameter {
         key: request.key.clone(),
         scope: Scope::Shared,

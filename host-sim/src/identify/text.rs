@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{BeforeAfter, FittedParameter, LawFit, SignalError};
+use super::{BeforeAfter, FittedParameter, LawFit, OwnUnit, SignalError};
 use crate::text::{Columns, plain};
 
 /// Significant digits of parameters.
@@ -69,7 +69,9 @@ fn error_columns(errors: &[SignalError]) -> Columns {
     let mut columns = Columns::new(4, &headings);
     for error in errors {
         columns.row(error_row(error, error.unit, 1.0));
-        if let Some(own) = error.own.as_ref().filter(|own| own.unit != error.unit) {
+        // A second line only where its figures differ.
+        let other = |own: &&OwnUnit| (own.si_per_unit - 1.0).abs() > f64::EPSILON;
+        if let Some(own) = error.own.as_ref().filter(other) {
             columns.row(error_row(error, &own.unit, own.si_per_unit));
         }
     }
