@@ -106,7 +106,14 @@ impl fmt::Display for LawComparison {
 }
 
 fn figures(signals: &[SignalComparison]) -> Columns {
-    let headings = ["signal", "unit", "RMS error", "sensor noise", "signal sd", "share"];
+    let headings = [
+        "signal",
+        "unit",
+        "RMS error",
+        "sensor noise",
+        "signal sd",
+        "share",
+    ];
     let mut columns = Columns::new(2, &headings);
     for signal in signals {
         let located = &signal.located;
@@ -140,7 +147,11 @@ fn write_located(out: &mut fmt::Formatter<'_>, located: &Located) -> fmt::Result
         .map(|one| format!("{} {:.0} %", one.name, 100.0 * one.eta_squared))
         .collect();
     if !named.is_empty() {
-        writeln!(out, "    goes with: {}", named.join(", "))?;
+        let by = match located.quantity {
+            quantity if quantity == located.signal => String::new(),
+            quantity => format!(" (judged by its error's {quantity})"),
+        };
+        writeln!(out, "    goes with{by}: {}", named.join(", "))?;
     }
     if located.intervals.is_empty() {
         return Ok(());
@@ -152,7 +163,12 @@ fn write_located(out: &mut fmt::Formatter<'_>, located: &Located) -> fmt::Result
         100.0 * located.interval_time
     )?;
     for (name, from, to) in located.intervals.iter().take(TOLD_INTERVALS) {
-        writeln!(out, "      {name}: {} to {} s", plain(*from, 4), plain(*to, 4))?;
+        writeln!(
+            out,
+            "      {name}: {} to {} s",
+            plain(*from, 4),
+            plain(*to, 4)
+        )?;
     }
     let rest = located.intervals.len().saturating_sub(TOLD_INTERVALS);
     if rest > 0 {

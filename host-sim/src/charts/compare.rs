@@ -1,12 +1,13 @@
 //! The page of `pneuma compare`.
 
-use super::locate::{located_misfit, shade_intervals};
-use super::prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack, shown, worst_recording};
 use super::capitalised;
+use super::locate::{located_misfit, shade_intervals};
+use super::prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack, worst_recording};
 use crate::compare::{LawComparison, SignalComparison};
 use crate::laws::Track;
 use crate::report::{Cell, Page, Role, Section, Table, number};
 use crate::rig::Rig;
+use crate::units::shown;
 
 /// The page of a comparison.
 pub fn compare_page(rig: &Rig, laws: &[LawComparison], tracks: &[Track<'_>]) -> Page {
@@ -37,7 +38,10 @@ fn lead(laws: &[LawComparison]) -> String {
         .map(|signal| {
             let times = number::significant(factor(signal), 2);
             let located = &signal.located;
-            format!("`{}` {times} times the sensor's noise ({})", located.signal, located.when)
+            format!(
+                "`{}` {times} times the sensor's noise ({})",
+                located.signal, located.when
+            )
         })
         .collect();
     format!("Error of the prediction: {}.", parts.join("; "))
@@ -56,21 +60,31 @@ fn tile(page: &mut Page, signal: &SignalComparison) {
 }
 
 fn table(law: &LawComparison) -> Table {
-    let headings = ["signal", "RMS error", "mean error", "sensor noise", "signal sd", "unit", "share of the law's misfit"];
-    law.signals.iter().fold(Table::new(headings), |table, signal| {
-        let located = &signal.located;
-        let unit = shown(located.unit);
-        let figure = |value: f64| Cell::from(value * unit.per_si);
-        table.row([
-            format!("`{}`", located.signal).into(),
-            figure(located.rms),
-            figure(located.mean),
-            figure(signal.noise),
-            figure(located.spread),
-            unit.unit.into(),
-            format!("{:.0} %", 100.0 * located.share).into(),
-        ])
-    })
+    let headings = [
+        "signal",
+        "RMS error",
+        "mean error",
+        "sensor noise",
+        "signal sd",
+        "unit",
+        "share of the law's misfit",
+    ];
+    law.signals
+        .iter()
+        .fold(Table::new(headings), |table, signal| {
+            let located = &signal.located;
+            let unit = shown(located.unit);
+            let figure = |value: f64| Cell::from(value * unit.per_si);
+            table.row([
+                format!("`{}`", located.signal).into(),
+                figure(located.rms),
+                figure(located.mean),
+                figure(signal.noise),
+                figure(located.spread),
+                unit.unit.into(),
+                format!("{:.0} %", 100.0 * located.share).into(),
+            ])
+        })
 }
 
 fn over_time(section: &mut Section, rig: &Rig, law: &LawComparison, tracks: &[Track<'_>]) {
@@ -92,7 +106,10 @@ fn over_time(section: &mut Section, rig: &Rig, law: &LawComparison, tracks: &[Tr
             let unit = shown(signal.located.unit);
             let (_, rms) = signal.by_recording.get(recording)?;
             let figure = number::significant(rms * unit.per_si, 3);
-            Some(format!("`{}` {figure} {}", signal.located.signal, unit.unit))
+            Some(format!(
+                "`{}` {figure} {}",
+                signal.located.signal, unit.unit
+            ))
         });
         let errors: Vec<String> = errors.collect();
         let name = &tracks[recording].recording.name;

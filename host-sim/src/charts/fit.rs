@@ -1,13 +1,12 @@
 //! The page of `pneuma fit`.
 
 use super::capitalised;
-use super::prediction::{
-    CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack, shown, worst_recording,
-};
+use super::prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack, worst_recording};
 use crate::identify::{BeforeAfter, FittedParameter, LawFit, Residuals, SignalError};
 use crate::laws::Track;
 use crate::report::{BarChart, Cell, Matrix, Page, Role, Section, Table, number};
 use crate::rig::Rig;
+use crate::units::shown;
 
 /// Significant digits of a parameter.
 const DIGITS: usize = 5;
@@ -15,12 +14,7 @@ const DIGITS: usize = 5;
 const LEAST_MATRIX: usize = 2;
 
 /// The page of a fit.
-pub fn fit_page(
-    rig: &Rig,
-    fits: &[LawFit],
-    train: &[Track<'_>],
-    held_out: &[Track<'_>],
-) -> Page {
+pub fn fit_page(rig: &Rig, fits: &[LawFit], train: &[Track<'_>], held_out: &[Track<'_>]) -> Page {
     let mut page = Page::new("Fit");
     page.lead(lead(fits, !held_out.is_empty()));
     for error in fits.iter().flat_map(|fit| &fit.errors) {
@@ -141,7 +135,9 @@ fn errors(section: &mut Section, fit: &LawFit) {
         .errors
         .iter()
         .flat_map(|error| {
-            let held = error.held_out.map(|_| format!("{}, held-out", error.signal));
+            let held = error
+                .held_out
+                .map(|_| format!("{}, held-out", error.signal));
             std::iter::once(format!("{}, training", error.signal)).chain(held)
         })
         .collect();
@@ -158,7 +154,10 @@ fn errors(section: &mut Section, fit: &LawFit) {
         let noise = error.noise * shown(error.unit).per_si;
         std::iter::repeat_n(noise, 1 + usize::from(error.held_out.is_some()))
     });
-    let unit = fit.errors.first().map_or("", |error| shown(error.unit).unit);
+    let unit = fit
+        .errors
+        .first()
+        .map_or("", |error| shown(error.unit).unit);
     section.bars(
         BarChart::new("RMS error of the prediction", names)
             .axis("RMS error", unit)
@@ -178,8 +177,18 @@ fn plots(
 ) {
     let residuals = &fit.residuals;
     let sets = [
-        ("Held-out", held_out, &residuals.held_before, &residuals.held_after),
-        ("Training", train, &residuals.train_before, &residuals.train_after),
+        (
+            "Held-out",
+            held_out,
+            &residuals.held_before,
+            &residuals.held_after,
+        ),
+        (
+            "Training",
+            train,
+            &residuals.train_before,
+            &residuals.train_after,
+        ),
     ];
     let mut opened = false;
     for (name, tracks, before, after) in sets {
@@ -211,8 +220,11 @@ fn curves<'a>(before: Option<&'a Residuals>, after: Option<&'a Residuals>) -> Ve
         ("fitted", Role::Refitted, after),
     ];
     let curve = |(name, role, residuals): (&'static str, Role, Option<&'a Residuals>)| {
-        residuals.map(|residuals| Curve { name, role, residuals })
+        residuals.map(|residuals| Curve {
+            name,
+            role,
+            residuals,
+        })
     };
     named.into_iter().filter_map(curve).collect()
 }
-

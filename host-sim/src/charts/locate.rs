@@ -1,9 +1,9 @@
 //! Where a model and recordings part, as charts: which variable the misfit goes
 //! with, and how.
 
-use super::prediction::shown;
 use crate::diagnose::locate::{Located, VariableShare};
 use crate::report::{BarChart, Chart, ChartStack, Role, Section, Series};
+use crate::units::shown;
 
 /// Variables drawn openly; the others are in a part that opens.
 const OPEN_VARIABLES: usize = 2;
@@ -35,15 +35,18 @@ pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
     if others.is_empty() {
         return;
     }
-    section.details(format!("`{}` over the other variables", located.signal), |details| {
-        for pair in others.chunks(2) {
-            details.row(|row| {
-                for variable in pair {
-                    row.chart(over_variable(located, variable, role));
-                }
-            });
-        }
-    });
+    section.details(
+        format!("`{}` over the other variables", located.signal),
+        |details| {
+            for pair in others.chunks(2) {
+                details.row(|row| {
+                    for variable in pair {
+                        row.chart(over_variable(located, variable, role));
+                    }
+                });
+            }
+        },
+    );
 }
 
 /// Shades the stretches of largest misfit of one recording in all panels.
@@ -109,7 +112,10 @@ fn over_variable(located: &Located, variable: &VariableShare, role: Role) -> Cha
         100.0 * variable.eta_squared
     ))
     .x_axis(variable.name, x.unit)
-    .y_axis(format!("{}, predicted − recorded", located.quantity), y.unit)
+    .y_axis(
+        format!("{}, predicted − recorded", located.quantity),
+        y.unit,
+    )
     .height(HEIGHT_PX)
     .band("spread in the bin, ± sd", role, band)
     .series(Series::new("mean in the bin", role, means.clone()))

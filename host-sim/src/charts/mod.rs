@@ -18,6 +18,8 @@ pub use prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack};
 /// The first letter made large.
 fn capitalised(text: &str) -> String {
     let mut characters = text.chars();
-    let first = characters.next().map(|first| first.to_uppercase().to_string());
+    let first = characters
+        .next()
+        .map(|first| first.to_uppercase().to_string());
     first.unwrap_or_default() + characters.as_str()
 }

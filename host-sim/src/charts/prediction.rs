@@ -4,6 +4,7 @@ use crate::identify::{Residuals, rms};
 use crate::laws::{Law, Track};
 use crate::report::{Chart, ChartStack, Role, Series};
 use crate::rig::Rig;
+use crate::units::{Shown, shown};
 
 /// Height of a panel of inputs, CSS pixels: they are there for orientation.
 const INPUT_HEIGHT_PX: u32 = 80;
@@ -26,26 +27,6 @@ pub struct Curve<'a> {
     pub role: Role,
     /// By output, recording and row.
     pub residuals: &'a Residuals,
-}
-
-/// How a quantity is shown: the unit that keeps its numbers short.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Shown {
-    pub unit: &'static str,
-    pub per_si: f64,
-}
-
-/// The unit in which a signal of this SI unit is shown.
-pub(super) fn shown(unit: &'static str) -> Shown {
-    let (unit, per_si) = match unit {
-        "Pa" => ("kPa", 1e-3),
-        "m" => ("mm", 1e3),
-        "m/s" => ("mm/s", 1e3),
-        "Pa/s" => ("kPa/s", 1e-3),
-        "1" => ("", 1.0),
-        other => (other, 1.0),
-    };
-    Shown { unit, per_si }
 }
 
 /// The unit of a recorded signal for a chart.
@@ -86,7 +67,9 @@ pub fn prediction_stack(
             panel = panel.series(line(curve.name, curve.role, time_s, &whole, unit));
             misfit = misfit.series(line(curve.name, curve.role, time_s, residual, unit));
         }
-        stack = stack.panel(panel.detail(detail)).panel(misfit.detail(detail));
+        stack = stack
+            .panel(panel.detail(detail))
+            .panel(misfit.detail(detail));
     }
     let inputs: Vec<Chart> = input_panels(law, rig, track);
     let last = inputs.len();
@@ -109,13 +92,7 @@ fn misfit_panel(signal: &str, unit: Shown) -> Chart {
         .level(0.0, "")
 }
 
-pub(super) fn line(
-    name: &str,
-    role: Role,
-    time_s: &[f64],
-    values: &[f64],
-    unit: Shown,
-) -> Series {
+pub(super) fn line(name: &str, role: Role, time_s: &[f64], values: &[f64], unit: Shown) -> Series {
     let points = time_s.iter().zip(values);
     let points = points.map(|(&time, &value)| (time, value * unit.per_si));
     Series::new(name, role, points)
@@ -140,7 +117,13 @@ fn input_panels(law: Law, rig: &Rig, track: &Track<'_>) -> Vec<Chart> {
 pub(super) fn signal_panel(rig: &Rig, track: &Track<'_>, signal: &str) -> Option<Chart> {
     let values = track.recording.signal(signal)?;
     let unit = shown_signal(rig, signal);
-    let series = line(signal, Role::Recorded, &track.recording.time_s, values, unit);
+    let series = line(
+        signal,
+        Role::Recorded,
+        &track.recording.time_s,
+        values,
+        unit,
+    );
     let series = if signal == "u" { series.step() } else { series };
     let panel = Chart::new(signal)
         .x_axis("time", "s")

@@ -11,9 +11,7 @@ use super::inputs::{
     bad_input, laws, provenance, read_recordings, read_rig, spinner, write_json, write_page,
     write_text,
 };
-use crate::identify::{
-    FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig,
-};
+use crate::identify::{FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig};
 use crate::laws::Track;
 use crate::recording::Recording;
 use crate::rig::Rig;

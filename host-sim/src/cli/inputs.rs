@@ -95,7 +95,10 @@ fn no_law(rig: &Rig) -> String {
     if needs.is_empty() {
         return "the rig describes no law: it has neither [chambers], [carriage], [friction] nor [actuator]".into();
     }
-    format!("the recorded signals drive no law of the rig: it lacks for {}", needs.join(", for "))
+    format!(
+        "the recorded signals drive no law of the rig: it lacks for {}",
+        needs.join(", for ")
+    )
 }
 
 /// A bar that shows what is going on, on a terminal only.
@@ -129,7 +132,13 @@ fn cannot_write(path: &Path, error: &io::Error) -> CommandError {
 pub(super) fn provenance<'p>(files: impl IntoIterator<Item = &'p PathBuf>) -> Provenance {
     let command = std::env::args()
         .enumerate()
-        .map(|(place, word)| if place == 0 { "pneuma".into() } else { quoted(&word) })
+        .map(|(place, word)| {
+            if place == 0 {
+                "pneuma".into()
+            } else {
+                quoted(&word)
+            }
+        })
         .collect::<Vec<String>>()
         .join(" ");
     let provenance = Provenance::new(command).fact("version", env!("CARGO_PKG_VERSION"));

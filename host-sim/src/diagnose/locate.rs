@@ -16,8 +16,10 @@
 //!
 //! Limits: variables are looked at one by one. Variables that go together in a
 //! recording (command and velocity) share the credit; the first is named, the
-//! others are in the list. A free carriage is judged by the force that its
-//! position asks for, since its position is that force integrated twice.
+//! others are in the list. What a law integrates is judged by what it is the
+//! integral of: the position of a free carriage by the force that its error
+//! stands for, the pressure behind a valve by the rate of its error. An error
+//! of force or flow would otherwise show long after its cause.
 
 use super::fitted::integrated_autocorrelation;
 use crate::laws::{Law, Motion, Output, Track, median_step_s};
@@ -40,13 +42,23 @@ const LEAST_BLOCK_ROWS: usize = 10;
 const BLOCK_FACTOR: f64 = 2.5;
 /// ... and by this many standard errors of a mean square of as many rows.
 const BLOCK_DEVIATIONS: f64 = 6.0;
+/// Stretches that hold less than this part of the misfit are not told.
+const LEAST_TOLD: f64 = 0.05;
 /// Stretches told.
 const MOST_INTERVALS: usize = 12;
 /// A mean this much of the energy is an offset.
 const OFFSET_SHARE: f64 = 0.5;
+/// Recordings whose means have one sign by chance once in eight times or less.
+const ONE_SIGN_RECORDINGS: usize = 4;
+/// A residual that hangs together over this many rows is no noise.
+const DRIFT_ROWS: f64 = 5.0;
 /// Half width of the window in which the force behind a position error is
 /// taken, s: the position's noise is then far below any friction.
 const FORCE_HALF_WINDOW_S: f64 = 0.012;
+/// Half width of the window in which the rate of a pressure error is taken, s.
+const RATE_HALF_WINDOW_S: f64 = 0.012;
+/// Rows on either side of such a window at the least.
+const LEAST_HALF_ROWS: f64 = 3.0;
 
 /// Where one predicted signal parts from the recorded one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -126,7 +138,9 @@ impl Bin {
 impl Located {
     /// The variable that explains most, if it explains more than chance.
     pub fn leading(&self) -> Option<&VariableShare> {
-        self.variables.first().filter(|variable| variable.significant)
+        self.variables
+            .first()
+            .filter(|variable| variable.significant)
     }
 }
 
@@ -160,9 +174,15 @@ fn located(
     columns: &[Vec<f64>],
 ) -> Located {
     let energy = Energy::of(columns);
-    let correlated = correlated_rows(columns);
-    let stretches = stretches(tracks, columns, &energy, correlated);
     let judged = Judged::of(law, rig, tracks, output, columns);
+    // In a window a position error grows from nought to its end whatever the
+    // cause; the force does not.
+    let timed = match law.fit_window_s() {
+        Some(_) => &judged.columns[..],
+        None => columns,
+    };
+    let correlated = correlated_rows(columns);
+    let stretches = stretches(tracks, timed, correlated_rows(timed));
     let mut variables = variables(law, rig, tracks, output, &judged);
     variables.sort_by(|a, b| {
         let key = |one: &VariableShare| (one.significant, one.eta_squared);
@@ -185,8 +205,34 @@ fn located(
         variables,
         when: String::new(),
     };
-    located.when = super::phrase::when(&located, energy.offset_is_real(correlated));
+    let sameness = Sameness {
+        offset: offset_is_real(columns, &energy, correlated),
+        drifts: correlated > DRIFT_ROWS,
+    };
+    located.when = super::phrase::when(&located, sameness);
     located
+}
+
+/// What a residual is like where no variable explains it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sameness {
+    /// Its mean is most of it.
+    pub offset: bool,
+    /// It changes over many rows.
+    pub drifts: bool,
+}
+
+/// Whether the mean is most of the misfit, and either no chance or of one sign
+/// in all of several recordings.
+fn offset_is_real(columns: &[Vec<f64>], energy: &Energy, correlated: f64) -> bool {
+    let mean = energy.mean();
+    let one_sign = columns.len() >= ONE_SIGN_RECORDINGS
+        && columns
+            .iter()
+            .all(|column| Energy::of(std::slice::from_ref(column)).mean() * mean > 0.0);
+    let error = energy.mean_square() * correlated / energy.count.max(1) as f64;
+    let significant = mean * mean > NAMED_DEVIATIONS * NAMED_DEVIATIONS * error;
+    mean * mean > OFFSET_SHARE * energy.mean_square() && (one_sign || significant)
 }
 
 /// Sums over finite residuals.
@@ -219,20 +265,14 @@ impl Energy {
     fn mean_square(&self) -> f64 {
         self.squares / self.count.max(1) as f64
     }
-
-    /// Whether the mean is most of the misfit and no chance.
-    fn offset_is_real(&self, correlated: f64) -> bool {
-        let square = self.mean() * self.mean();
-        let error = self.mean_square() * correlated / self.count.max(1) as f64;
-        square > OFFSET_SHARE * self.mean_square()
-            && square > NAMED_DEVIATIONS * NAMED_DEVIATIONS * error
-    }
 }
 
 /// Rows that count as one, the median over the recordings: one recording with
 /// a drift should not forbid every finding.
 fn correlated_rows(columns: &[Vec<f64>]) -> f64 {
-    let lengths = columns.iter().map(|column| integrated_autocorrelation(column));
+    let lengths = columns
+        .iter()
+        .map(|column| integrated_autocorrelation(column));
     median(lengths.collect()).unwrap_or(1.0).max(1.0)
 }
 
@@ -243,9 +283,13 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 
 fn spread(tracks: &[Track<'_>], signal: &str) -> f64 {
     let mut energy = Energy::default();
-    let recorded = tracks.iter().filter_map(|track| track.recording.signal(signal));
+    let recorded = tracks
+        .iter()
+        .filter_map(|track| track.recording.signal(signal));
     recorded.flatten().for_each(|&value| energy.add(value));
-    (energy.mean_square() - energy.mean().powi(2)).max(0.0).sqrt()
+    (energy.mean_square() - energy.mean().powi(2))
+        .max(0.0)
+        .sqrt()
 }
 
 // Over time.
@@ -266,19 +310,17 @@ struct Stretch {
     squares: f64,
 }
 
-fn stretches(
-    tracks: &[Track<'_>],
-    columns: &[Vec<f64>],
-    whole: &Energy,
-    correlated: f64,
-) -> Stretches {
+fn stretches(tracks: &[Track<'_>], columns: &[Vec<f64>], correlated: f64) -> Stretches {
+    let whole = Energy::of(columns);
     let mut found: Vec<Stretch> = Vec::new();
     for (recording, column) in columns.iter().enumerate() {
-        found.extend(stretches_of(recording, column, whole, correlated));
+        found.extend(stretches_of(recording, column, &whole, correlated));
     }
     found.sort_by(|a, b| b.squares.total_cmp(&a.squares));
     found.truncate(MOST_INTERVALS);
-    let share = found.iter().map(|one| one.squares).sum::<f64>();
+    if squares_of(&found) < LEAST_TOLD * whole.squares {
+        found.clear();
+    }
     let rows: usize = found.iter().map(|one| one.to - one.from).sum();
     found.sort_by_key(|one| (one.recording, one.from));
     let intervals = found
@@ -292,17 +334,16 @@ fn stretches(
         .collect();
     Stretches {
         intervals,
-        share: share / whole.squares.max(f64::MIN_POSITIVE),
+        share: squares_of(&found) / whole.squares.max(f64::MIN_POSITIVE),
         time_share: rows as f64 / whole.count.max(1) as f64,
     }
 }
 
-fn stretches_of(
-    recording: usize,
-    column: &[f64],
-    whole: &Energy,
-    correlated: f64,
-) -> Vec<Stretch> {
+fn squares_of(found: &[Stretch]) -> f64 {
+    found.iter().map(|one| one.squares).sum()
+}
+
+fn stretches_of(recording: usize, column: &[f64], whole: &Energy, correlated: f64) -> Vec<Stretch> {
     let rows = (column.len() / BLOCKS).max(LEAST_BLOCK_ROWS);
     let independent = (rows as f64 / correlated).max(1.0);
     let deviation = (2.0 / independent).sqrt();
@@ -352,14 +393,19 @@ impl Judged {
         output: &Output,
         columns: &[Vec<f64>],
     ) -> Self {
-        let mass_kg = rig.value("carriage.mass_kg").filter(|_| law == Law::Carriage);
-        let (quantity, unit, columns) = match mass_kg {
-            Some(mass_kg) => {
-                let missing = tracks.iter().zip(columns);
-                let missing = missing.map(|(track, column)| missing_force(track, column, mass_kg));
-                ("force", "N", missing.collect())
+        let pairs = || tracks.iter().zip(columns);
+        let (quantity, unit, columns) = match (law, rig.value("carriage.mass_kg")) {
+            (Law::Carriage, Some(mass_kg)) => {
+                let force = |(track, column): (&Track<'_>, &Vec<f64>)| {
+                    missing_force(track, column, mass_kg)
+                };
+                ("force", "N", pairs().map(force).collect())
             }
-            None => (output.signal, output.unit, columns.to_vec()),
+            (Law::Chambers, _) if rig.valve.is_some() => {
+                let rate = |(track, column): (&Track<'_>, &Vec<f64>)| rate(track, column);
+                ("rate of pressure", "Pa/s", pairs().map(rate).collect())
+            }
+            _ => (output.signal, output.unit, columns.to_vec()),
         };
         let correlated = correlated_rows(&columns);
         Self {
@@ -371,12 +417,26 @@ impl Judged {
     }
 }
 
+/// Rate of a residual; NaN where it is not finite, and at the ends.
+fn rate(track: &Track<'_>, residual: &[f64]) -> Vec<f64> {
+    let half = half_rows(track, RATE_HALF_WINDOW_S);
+    if residual.iter().any(|error| !error.is_finite()) {
+        return vec![f64::NAN; residual.len()];
+    }
+    Motion::with_half_width(&track.recording.time_s, residual, half).velocity_m_per_s
+}
+
+fn half_rows(track: &Track<'_>, half_s: f64) -> usize {
+    let step_s = median_step_s(&track.recording.time_s);
+    (half_s / step_s).round().max(LEAST_HALF_ROWS) as usize
+}
+
 /// The force along +x that the model has too much of: mass times the curvature
 /// of the position error, window by window. A window begins where the residual
 /// is nought, as the prediction begins with the recorded motion.
 fn missing_force(track: &Track<'_>, residual: &[f64], mass_kg: f64) -> Vec<f64> {
     let time_s = &track.recording.time_s;
-    let half = (FORCE_HALF_WINDOW_S / median_step_s(time_s)).round().max(3.0) as usize;
+    let half = half_rows(track, FORCE_HALF_WINDOW_S);
     let mut force = vec![f64::NAN; residual.len()];
     let window_s = Law::Carriage.fit_window_s().unwrap_or(f64::INFINITY);
     for rows in crate::fit::law_problem::windows(time_s, window_s) {
@@ -435,7 +495,9 @@ fn candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], output: &Output) -> Vec
         }
     };
     let speed_unit = if law == Law::Actuator { "1/s" } else { "m/s" };
-    add("velocity", speed_unit, &|track| Some(track.motion.as_ref()?.velocity_m_per_s.clone()));
+    add("velocity", speed_unit, &|track| {
+        Some(track.motion.as_ref()?.velocity_m_per_s.clone())
+    });
     if law != Law::Actuator {
         add("acceleration", "m/s2", &|track| {
             Some(track.motion.as_ref()?.acceleration_m_per_s2.clone())
@@ -449,7 +511,9 @@ fn candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], output: &Output) -> Vec
             let motion = Motion::from_position(&track.recording.time_s, pressure);
             Some(motion.velocity_m_per_s)
         });
-        add("pressure ratio to supply", "1", &|track| ratio(track, own, supply_pa));
+        add("pressure ratio to supply", "1", &|track| {
+            ratio(track, own, supply_pa)
+        });
     } else {
         add("pressure in a", "Pa", &|track| signal(track, "p_a"));
         add("pressure in b", "Pa", &|track| signal(track, "p_b"));
@@ -470,7 +534,10 @@ fn signal(track: &Track<'_>, name: &str) -> Option<Vec<f64>> {
 }
 
 fn difference(track: &Track<'_>) -> Option<Vec<f64>> {
-    let (a, b) = (track.recording.signal("p_a")?, track.recording.signal("p_b")?);
+    let (a, b) = (
+        track.recording.signal("p_a")?,
+        track.recording.signal("p_b")?,
+    );
     Some(a.iter().zip(b).map(|(a, b)| a - b).collect())
 }
 
@@ -486,7 +553,14 @@ fn ratio(track: &Track<'_>, own: &str, declared_pa: Option<f64>) -> Option<Vec<f
 
 fn since_start(track: &Track<'_>) -> Option<Vec<f64>> {
     let first = *track.recording.time_s.first()?;
-    Some(track.recording.time_s.iter().map(|time| time - first).collect())
+    Some(
+        track
+            .recording
+            .time_s
+            .iter()
+            .map(|time| time - first)
+            .collect(),
+    )
 }
 
 /// Time since the command last leapt by a tenth of its range; `None` where it
@@ -558,7 +632,10 @@ fn explained(variable: &Variable, judged: &Judged) -> Option<VariableShare> {
         .filter(|(x, r)| x.is_finite() && r.is_finite())
         .collect();
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let independent = pairs.len() as f64 / judged.correlated;
+    // Two series meet by chance as often as the quicker of the two allows
+    // (Bartlett): a drifting residual does not forbid a finding over velocity.
+    let correlated = judged.correlated.min(correlated_rows(&variable.columns));
+    let independent = pairs.len() as f64 / correlated;
     let wanted = ((independent / ROWS_PER_BIN) as usize).min(MOST_BINS);
     let groups = quantile_groups(&pairs, wanted);
     if groups.len() < 2 {
@@ -619,7 +696,9 @@ fn ratio_of(groups: &[&[(f64, f64)]], measure: fn(f64) -> f64, independent: f64)
     let mut between = 0.0;
     for group in groups {
         let mut part = Energy::default();
-        group.iter().for_each(|&(_, residual)| part.add(measure(residual)));
+        group
+            .iter()
+            .for_each(|&(_, residual)| part.add(measure(residual)));
         between += part.sum * part.sum / part.count.max(1) as f64;
         whole.sum += part.sum;
         whole.squares += part.squares;
@@ -657,6 +736,9 @@ impl VariableShare {
 
     /// RMS of the residual in each bin.
     pub(super) fn sizes(&self) -> Vec<f64> {
-        self.bins.iter().map(|bin| bin.mean_square().sqrt()).collect()
+        self.bins
+            .iter()
+            .map(|bin| bin.mean_square().sqrt())
+            .collect()
     }
 }

@@ -1,7 +1,8 @@
 //! A located misfit in the words of an engineer.
 
-use super::locate::{Located, VariableShare};
+use super::locate::{Located, Sameness, VariableShare};
 use crate::text::plain;
+use crate::units::shown;
 
 /// Correlation from which a shape is called by its name.
 const SHAPE: f64 = 0.8;
@@ -14,10 +15,13 @@ const INTERVAL_ENERGY: f64 = 0.4;
 /// ... in no more than this part of the time.
 const INTERVAL_TIME: f64 = 0.25;
 /// A variable that explains this part is the better finding all the same.
-const PLAIN_VARIABLE: f64 = 0.5;
+const PLAIN_VARIABLE: f64 = 0.3;
+
+/// What is said of white noise.
+pub(super) const NO_PATTERN: &str = "no pattern over time or state";
 
 /// The phrase: the leading variable, the intervals, an offset, or no pattern.
-pub(super) fn when(located: &Located, offset: bool) -> String {
+pub(super) fn when(located: &Located, sameness: Sameness) -> String {
     let intervals = located.interval_share >= INTERVAL_ENERGY
         && located.interval_time <= INTERVAL_TIME
         && !located.intervals.is_empty();
@@ -26,8 +30,9 @@ pub(super) fn when(located: &Located, offset: bool) -> String {
             of_variable(variable)
         }
         _ if intervals => of_intervals(located),
-        _ if offset => "an offset that is there all the time".into(),
-        _ => "no pattern over time or state".into(),
+        _ if sameness.offset => "an offset that is there all the time".into(),
+        _ if sameness.drifts => "wanders slowly, and goes with none of the variables".into(),
+        _ => NO_PATTERN.into(),
     }
 }
 
@@ -139,11 +144,14 @@ fn of_shape(variable: &VariableShare, curve: &[f64], size: bool) -> String {
         .enumerate()
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
         .map_or(0, |(place, _)| place);
-    format!(
+    let unit = shown(variable.unit);
+    let place = x.get(largest).copied().unwrap_or(0.0) * unit.per_si;
+    let text = format!(
         "changes with {name}, largest near {} {}",
-        plain(x.get(largest).copied().unwrap_or(0.0), 2),
-        variable.unit
-    )
+        plain(place, 2),
+        unit.unit
+    );
+    text.trim_end().to_owned()
 }
 
 fn positions(variable: &VariableShare) -> Vec<f64> {
@@ -174,5 +182,9 @@ fn correlation(x: &[f64], y: &[f64]) -> f64 {
         xx += (x - mean_x).powi(2);
         yy += (y - mean_y).powi(2);
     }
-    if xx * yy > 0.0 { xy / (xx * yy).sqrt() } else { 0.0 }
+    if xx * yy > 0.0 {
+        xy / (xx * yy).sqrt()
+    } else {
+        0.0
+    }
 }

@@ -238,9 +238,10 @@ fn acts(law: Law, rig: &Rig, tracks: &[Track<'_>], free: &FreeParameter) -> bool
     let mut equations = NormalEquations::new(starts.len(), RowWeighting::Squares);
     problem.accumulate(&starts, &mut equations);
     let curvature = equations.cost_curvature();
-    names.iter().enumerate().any(|(index, name)| {
-        name.starts_with(&free[0].key) && curvature[(index, index)] > 0.0
-    })
+    names
+        .iter()
+        .enumerate()
+        .any(|(index, name)| name.starts_with(&free[0].key) && curvature[(index, index)] > 0.0)
 }
 
 /// The laws as a list in words.

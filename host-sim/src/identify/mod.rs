@@ -301,7 +301,9 @@ fn check_size(problem: &LawProblem<'_>, task: &LawTask<'_>) -> Result<(), String
 /// What is left unexplained of each output, at least its noise.
 fn unexplained(residuals: &Residuals, noise: &[f64]) -> Vec<f64> {
     let floor = residuals.iter().zip(noise);
-    floor.map(|(columns, noise)| rms(columns).max(*noise)).collect()
+    floor
+        .map(|(columns, noise)| rms(columns).max(*noise))
+        .collect()
 }
 
 fn own_parameters(free: &[FreeParameter]) -> Vec<FreeParameter> {
@@ -317,12 +319,7 @@ fn shared_values(task: &LawTask<'_>, fit: &Fit) -> BTreeMap<String, f64> {
 }
 
 /// The outcome in the terms of a reader.
-fn told(
-    task: &LawTask<'_>,
-    bench: &Bench<'_>,
-    solved: Solved,
-    residuals: FitResiduals,
-) -> LawFit {
+fn told(task: &LawTask<'_>, bench: &Bench<'_>, solved: Solved, residuals: FitResiduals) -> LawFit {
     let listed: Vec<usize> = (0..solved.names.len())
         .filter(|&index| parameter_of(task, &solved.names[index]).is_some())
         .collect();
@@ -333,7 +330,12 @@ fn told(
     let fit = &solved.fit;
     let matrix: Vec<Vec<Option<f64>>> = listed
         .iter()
-        .map(|&row| listed.iter().map(|&column| fit.correlation(row, column)).collect())
+        .map(|&row| {
+            listed
+                .iter()
+                .map(|&column| fit.correlation(row, column))
+                .collect()
+        })
         .collect();
     LawFit {
         law: task.law,
@@ -405,7 +407,11 @@ fn note(parameter: &FittedParameter, determined: bool) -> String {
     let scaled = ValveTable::from_key(&parameter.key).is_some();
     let told = if parameter.at_bound {
         let low = parameter.fitted <= parameter.lower;
-        if low { "AT ITS LOWER BOUND" } else { "AT ITS UPPER BOUND" }
+        if low {
+            "AT ITS LOWER BOUND"
+        } else {
+            "AT ITS UPPER BOUND"
+        }
     } else if !determined {
         "left open by the data"
     } else if prior_only(parameter) {
@@ -474,7 +480,11 @@ fn sentence(parts: &[(usize, f64)], names: &[String]) -> String {
     let moved: Vec<String> = others
         .iter()
         .map(|(index, part)| {
-            let sense = if part.signum() * lead.signum() > 0.0 { "raised" } else { "lowered" };
+            let sense = if part.signum() * lead.signum() > 0.0 {
+                "raised"
+            } else {
+                "lowered"
+            };
             format!("{} {sense}", names[*index])
         })
         .collect();
@@ -542,6 +552,9 @@ pub fn improved_rig(rig: &Rig, fits: &[LawFit]) -> (Rig, Vec<String>) {
             taken.insert(parameter.key.clone(), entry);
         }
     }
-    let values = taken.into_iter().map(|(key, entry)| (key, entry.0)).collect();
+    let values = taken
+        .into_iter()
+        .map(|(key, entry)| (key, entry.0))
+        .collect();
     (rig.with_values(&values), notes)
 }
