@@ -30,21 +30,21 @@ pub fn compare_page(rig: &Rig, laws: &[LawComparison], tracks: &[Track<'_>]) -> 
     page
 }
 
-/// How far over the noise, in words, of the signal that is worst.
+/// The signal that is worst against its own spread, and how.
 fn lead(laws: &[LawComparison]) -> String {
-    let factor = |signal: &SignalComparison| signal.located.rms / signal.noise;
+    let part = |signal: &SignalComparison| {
+        signal.located.rms / signal.located.spread.max(f64::MIN_POSITIVE)
+    };
     let signals = laws.iter().flat_map(|law| &law.signals);
-    let parts: Vec<String> = signals
-        .map(|signal| {
-            let times = number::significant(factor(signal), 2);
-            let located = &signal.located;
-            format!(
-                "`{}` {times} times the sensor's noise ({})",
-                located.signal, located.when
-            )
-        })
-        .collect();
-    format!("Error of the prediction: {}.", parts.join("; "))
+    let Some(worst) = signals.max_by(|a, b| part(a).total_cmp(&part(b))) else {
+        return String::new();
+    };
+    format!(
+        "The prediction of `{}` is worst: off by {:.0} % of what the signal does. Its error: {}.",
+        worst.located.signal,
+        100.0 * part(worst),
+        worst.located.when
+    )
 }
 
 fn tile(page: &mut Page, signal: &SignalComparison) {

@@ -37,22 +37,29 @@ fn judged(error: &SignalError) -> BeforeAfter {
 }
 
 fn lead(fits: &[LawFit], held: bool) -> String {
-    let parts: Vec<String> = fits
-        .iter()
-        .flat_map(|fit| &fit.errors)
-        .filter_map(|error| {
-            let (before, after) = (judged(error).before?, judged(error).after?);
-            let signal = error.signal;
-            Some(if after < before {
-                let percent = 100.0 * (1.0 - after / before);
-                format!("that of `{signal}` falls by {percent:.0} %")
-            } else {
-                format!("that of `{signal}` does not fall")
-            })
-        })
-        .collect();
+    let errors = fits.iter().flat_map(|fit| &fit.errors);
+    let (mut better, mut worse) = (Vec::new(), Vec::new());
+    for error in errors {
+        let (Some(before), Some(after)) = (judged(error).before, judged(error).after) else {
+            continue;
+        };
+        let percent = 100.0 * (1.0 - after / before.max(f64::MIN_POSITIVE));
+        if percent > 0.0 {
+            better.push(format!("of `{}` by {percent:.0} %", error.signal));
+        } else {
+            worse.push(format!("of `{}`", error.signal));
+        }
+    }
     let which = if held { "held-out" } else { "training" };
-    format!("Error on {which} recordings: {}.", parts.join(", "))
+    match (better.is_empty(), worse.is_empty()) {
+        (true, _) => format!("The fit does not lower the {which} error."),
+        (false, true) => format!("The fit lowers the {which} error {}.", better.join(", ")),
+        (false, false) => format!(
+            "The fit lowers the {which} error {}, but not that {}.",
+            better.join(", "),
+            worse.join(", ")
+        ),
+    }
 }
 
 fn tile(page: &mut Page, error: &SignalError) {
@@ -103,8 +110,7 @@ fn parameters(section: &mut Section, fit: &LawFit) {
 
 fn parameter_row(parameter: &FittedParameter) -> [Cell; 6] {
     let figure = |value: Option<f64>, digits: usize| -> Cell {
-        let text = value.map_or_else(|| "–".into(), |v| number::significant(v, digits));
-        text.into()
+        value.map(|value| Cell::significant(value, digits)).into()
     };
     [
         format!("`{}`", parameter.name).into(),

@@ -18,11 +18,10 @@ pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
         return;
     }
     section.bars(shares(located, role));
-    let named: Vec<&VariableShare> = located.variables.iter().filter(|v| v.significant).collect();
-    let open = named.len().min(OPEN_VARIABLES);
-    if open > 0 {
+    let named = open_variables(located);
+    if !named.is_empty() {
         section.row(|row| {
-            for variable in &named[..open] {
+            for variable in &named {
                 row.chart(over_variable(located, variable, role));
             }
         });
@@ -30,7 +29,7 @@ pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
     let others: Vec<&VariableShare> = located
         .variables
         .iter()
-        .filter(|variable| !named[..open].iter().any(|one| one.name == variable.name))
+        .filter(|variable| !named.iter().any(|one| one.name == variable.name))
         .collect();
     if others.is_empty() {
         return;
@@ -47,6 +46,21 @@ pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
             }
         },
     );
+}
+
+/// The variables to be seen at once. A pressure and its ratio to the supply's
+/// say the same twice.
+fn open_variables(located: &Located) -> Vec<&VariableShare> {
+    let mut open: Vec<&VariableShare> = Vec::new();
+    for variable in located.variables.iter().filter(|one| one.significant) {
+        let twin = |one: &&VariableShare| {
+            one.name.starts_with(variable.name) || variable.name.starts_with(one.name)
+        };
+        if open.len() < OPEN_VARIABLES && !open.iter().any(twin) {
+            open.push(variable);
+        }
+    }
+    open
 }
 
 /// Shades the stretches of largest misfit of one recording in all panels.

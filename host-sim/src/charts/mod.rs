@@ -3,15 +3,17 @@
 //!
 //! * `prediction.rs`: recorded and predicted signals, residuals, what drove them
 //! * `locate.rs`: where a misfit sits
-//! * `fit.rs`, `compare.rs`: the pages of the commands
+//! * `fit.rs`, `compare.rs`, `inspection.rs`: the pages of the commands
 
 mod compare;
 mod fit;
+mod inspection;
 mod locate;
 mod prediction;
 
 pub use compare::compare_page;
 pub use fit::fit_page;
+pub use inspection::inspection_page;
 pub use locate::{located_misfit, shade_intervals};
 pub use prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack};
 
