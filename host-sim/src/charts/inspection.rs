@@ -25,7 +25,10 @@ pub fn inspection_page(rig: &Rig, recordings: &[Recording], inspections: &[Inspe
     page.lead(lead(inspections));
     let sum = |of: fn(&Inspection) -> usize| inspections.iter().map(of).sum::<usize>();
     let duration_s: f64 = recordings.iter().map(Recording::duration_s).sum();
-    let files = format!("in {} recordings", inspections.len());
+    let files = match inspections.len() {
+        1 => "in one recording".into(),
+        count => format!("in {count} recordings"),
+    };
     page.tile("rows", sum(|one| one.rows).to_string(), "", files);
     page.tile(
         "recorded",
@@ -87,7 +90,7 @@ fn rates(inspections: &[Inspection]) -> String {
 
 fn section_of(section: &mut Section, rig: &Rig, recording: &Recording, inspection: &Inspection) {
     for fault in &inspection.faults {
-        section.callout(format!("Fault: {}.", fault.sentence));
+        section.callout(format!("Fault: {}", fault.sentence));
     }
     let excitation = inspection.excitation.parts();
     if !excitation.is_empty() {
@@ -161,7 +164,7 @@ fn noise_row(signal: &SignalReport) -> [Cell; 9] {
         figure(signal.noise)
     } else {
         let most = signal.noise.max(0.5 * signal.quantum.unwrap_or(0.0));
-        format!("< {}", number::significant(most, DIGITS)).into()
+        Cell::below(most, DIGITS)
     };
     [
         format!("`{}`", signal.name).into(),
@@ -180,14 +183,6 @@ fn noise_row(signal: &SignalReport) -> [Cell; 9] {
 fn intervals(section: &mut Section, recording: &Recording, timing: &Timing) {
     let median_s = timing.median_step_s;
     let milliseconds = |step_s: f64| number::significant(step_s * 1e3, 4);
-    let spread_s = timing.longest_step_s - timing.shortest_step_s;
-    if spread_s <= SAME_STEP * median_s {
-        section.text(format!(
-            "All steps between rows are {} ms long.",
-            milliseconds(median_s)
-        ));
-        return;
-    }
     let steps_ms: Vec<f64> = recording
         .time_s
         .windows(2)
@@ -195,6 +190,19 @@ fn intervals(section: &mut Section, recording: &Recording, timing: &Timing) {
         .filter(|step_s| *step_s <= GAP_STEPS * median_s)
         .map(|step_s| step_s * 1e3)
         .collect();
+    let same = |step_ms: &f64| (step_ms - median_s * 1e3).abs() <= SAME_STEP * median_s * 1e3;
+    if steps_ms.iter().all(same) {
+        let gaps = match timing.gap_count {
+            0 => String::new(),
+            1 => " but for one gap".into(),
+            count => format!(" but for {count} gaps"),
+        };
+        section.text(format!(
+            "All steps between rows are {} ms long{gaps}.",
+            milliseconds(median_s)
+        ));
+        return;
+    }
     let mut note = format!(
         "Steps from {} to {} ms, median {} ms, jitter {} ms.",
         milliseconds(timing.shortest_step_s),
@@ -204,7 +212,7 @@ fn intervals(section: &mut Section, recording: &Recording, timing: &Timing) {
     );
     if timing.gap_count > 0 {
         note.push_str(&format!(
-            " {} gaps are left out of the histogram.",
+            " Gaps left out of the histogram: {}.",
             timing.gap_count
         ));
     }
