@@ -28,12 +28,19 @@ use serde::Serialize;
 
 /// Quantile bins of a variable at the most.
 const MOST_BINS: usize = 16;
+/// ... and at the least, unless values repeat: a shape needs that many.
+const LEAST_BINS: usize = 6;
 /// Independent rows that a bin needs at the least.
 const ROWS_PER_BIN: f64 = 4.0;
 /// A variable below this part of the energy is not named.
 const LEAST_NAMED: f64 = 0.03;
-/// ... and it must stand this many standard errors over what chance gives.
-const NAMED_DEVIATIONS: f64 = 5.0;
+/// ... and the variance between its bins must stand this many of its own
+/// standard deviations over what chance gives.
+const NAMED_DEVIATIONS: f64 = 6.0;
+/// Independent rows beyond the number of bins without which nothing is said.
+const LEAST_FREEDOM: f64 = 4.0;
+/// An offset must stand this many standard errors over nought.
+const OFFSET_DEVIATIONS: f64 = 5.0;
 /// Blocks into which a recording is cut to look for stretches of misfit.
 const BLOCKS: usize = 200;
 /// Shortest block, rows.
@@ -231,7 +238,7 @@ fn offset_is_real(columns: &[Vec<f64>], energy: &Energy, correlated: f64) -> boo
             .iter()
             .all(|column| Energy::of(std::slice::from_ref(column)).mean() * mean > 0.0);
     let error = energy.mean_square() * correlated / energy.count.max(1) as f64;
-    let significant = mean * mean > NAMED_DEVIATIONS * NAMED_DEVIATIONS * error;
+    let significant = mean * mean > OFFSET_DEVIATIONS * OFFSET_DEVIATIONS * error;
     mean * mean > OFFSET_SHARE * energy.mean_square() && (one_sign || significant)
 }
 
@@ -636,25 +643,26 @@ fn explained(variable: &Variable, judged: &Judged) -> Option<VariableShare> {
     // (Bartlett): a drifting residual does not forbid a finding over velocity.
     let correlated = judged.correlated.min(correlated_rows(&variable.columns));
     let independent = pairs.len() as f64 / correlated;
-    let wanted = ((independent / ROWS_PER_BIN) as usize).min(MOST_BINS);
+    let wanted = ((independent / ROWS_PER_BIN) as usize).clamp(LEAST_BINS, MOST_BINS);
     let groups = quantile_groups(&pairs, wanted);
     if groups.len() < 2 {
         return None;
     }
-    let bins: Vec<Bin> = groups.iter().map(|group| bin(group)).collect();
-    let of_value = ratio_of(&groups, |residual| residual, independent);
-    let of_size = ratio_of(&groups, f64::abs, independent);
-    let eta_squared = of_value.max(of_size);
-    let freedom = groups.len() as f64 - 1.0;
-    let chance = NAMED_DEVIATIONS * (2.0 * freedom).sqrt() / independent;
+    let of_value = between_groups(&groups, |residual| residual, independent);
+    let of_size = between_groups(&groups, f64::abs, independent);
+    let larger = if of_size.share > of_value.share {
+        of_size
+    } else {
+        of_value
+    };
     Some(VariableShare {
         name: variable.name,
         unit: variable.unit,
-        eta_squared,
-        of_value,
-        of_size,
-        significant: eta_squared > LEAST_NAMED.max(chance),
-        bins,
+        eta_squared: larger.share,
+        of_value: of_value.share,
+        of_size: of_size.share,
+        significant: larger.share > LEAST_NAMED && larger.deviations > NAMED_DEVIATIONS,
+        bins: groups.iter().map(|group| bin(group)).collect(),
     })
 }
 
@@ -688,10 +696,24 @@ fn bin(group: &[(f64, f64)]) -> Bin {
     }
 }
 
+/// What groups explain of a measure of the residual.
+#[derive(Clone, Copy, Debug, Default)]
+struct Explained {
+    /// Part of the residual's energy, corrected for the number of groups.
+    share: f64,
+    /// Standard deviations of the variance ratio (the F statistic, variance
+    /// between the groups over that within) over 1, its value by chance.
+    deviations: f64,
+}
+
 /// Part of the energy of the residual that the groups explain of a measure of
 /// it, about the measure's mean: the correlation ratio corrected for the number
 /// of groups, times the measure's variance over the residual's energy.
-fn ratio_of(groups: &[&[(f64, f64)]], measure: fn(f64) -> f64, independent: f64) -> f64 {
+fn between_groups(
+    groups: &[&[(f64, f64)]],
+    measure: fn(f64) -> f64,
+    independent: f64,
+) -> Explained {
     let mut whole = Energy::default();
     let mut between = 0.0;
     for group in groups {
@@ -707,12 +729,18 @@ fn ratio_of(groups: &[&[(f64, f64)]], measure: fn(f64) -> f64, independent: f64)
     let common = whole.sum * whole.sum / whole.count.max(1) as f64;
     let total = whole.squares - common;
     let freedom = independent - groups.len() as f64;
-    if total <= 0.0 || freedom <= 0.0 {
-        return 0.0;
+    if total <= 0.0 || freedom < LEAST_FREEDOM {
+        return Explained::default();
     }
     let eta_squared = (between - common) / total;
-    let corrected = 1.0 - (1.0 - eta_squared) * (independent - 1.0) / freedom;
-    corrected.max(0.0) * total / whole.squares
+    let left = (1.0 - eta_squared).max(f64::EPSILON);
+    let corrected = 1.0 - left * (independent - 1.0) / freedom;
+    let parts = groups.len() as f64 - 1.0;
+    let variance_ratio = eta_squared / left * freedom / parts;
+    Explained {
+        share: corrected.max(0.0) * total / whole.squares,
+        deviations: (variance_ratio - 1.0) / (2.0 / parts + 2.0 / freedom).sqrt(),
+    }
 }
 
 impl VariableShare {

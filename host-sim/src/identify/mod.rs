@@ -37,9 +37,9 @@ use crate::rig::{Rig, ValveTable};
 /// correlation in as well.
 const PASSES: usize = 3;
 /// A step that promises or brings less than this part of the cost is the last:
-/// far below what a standard deviation is worth (see [`Options::default`]),
-/// above the rounding of a simulation of 10^5 rows.
-const COST_TOLERANCE: f64 = 1e-10;
+/// over 10^5 rows a tenth of a standard deviation at the most,
+/// and above the kinks that stick and slip leave in the error.
+const COST_TOLERANCE: f64 = 1e-7;
 /// Correlations from this size on are worth a line.
 const STRONG_CORRELATION: f64 = 0.5;
 /// Correlations told.
