@@ -11,6 +11,11 @@
 //! in the last pass. So a prior weighs what it should against data whose
 //! residuals are not white, and standard deviations are honest about it.
 //!
+//! A law that is predicted in windows has windows that go wrong as a whole: one
+//! in which the model breaks away and the machine does not. They are outliers
+//! by nature, not by noise, and count by their size instead of its square
+//! (Huber's loss, about the residuals' median size).
+//!
 //! Limits: one valley is searched, the one the start lies in. Two laws that
 //! share a key are fitted each on its own.
 
@@ -28,7 +33,8 @@ pub use free::{FreeRequest, free_parameters};
 use crate::diagnose::fitted::{Bench, correlation_length};
 use crate::fit::law_problem::{FreeParameter, LawProblem, MOST_ACTIVE, Scope};
 use crate::fit::{
-    Fit, LeastSquares, NoiseVariance, NormalEquations, Options, Reason, ResidualSums, solve,
+    Fit, LeastSquares, NoiseVariance, NormalEquations, Options, Reason, ResidualSums, RowWeighting,
+    solve,
 };
 use crate::laws::{Law, Track};
 use crate::rig::{Rig, ValveTable};
@@ -40,6 +46,11 @@ const PASSES: usize = 3;
 /// over 10^5 rows a tenth of a standard deviation at the most,
 /// and above the kinks that stick and slip leave in the error.
 const COST_TOLERANCE: f64 = 1e-7;
+/// Residuals beyond this many standard deviations are outliers to Huber's loss:
+/// 95 % efficient on normal noise (Huber 1981).
+const OUTLIER_DEVIATIONS: f64 = 1.345;
+/// Standard deviation of normal noise over its median magnitude.
+const DEVIATION_PER_MEDIAN: f64 = 1.4826;
 /// Correlations from this size on are worth a line.
 const STRONG_CORRELATION: f64 = 0.5;
 /// Correlations told.
@@ -219,7 +230,7 @@ fn solve_in_passes(
     progress: &dyn Fn(usize),
 ) -> Result<Solved, String> {
     let mut sigma = match before {
-        Some(before) => unexplained(before, &bench.noise),
+        Some(before) => unexplained(task.law, before, &bench.noise),
         None => bench.spread(),
     };
     let mut starts: Option<Vec<f64>> = None;
@@ -240,7 +251,8 @@ fn solve_in_passes(
             runs,
             progress,
         };
-        let fit = solve(&mut watched, &parameters, &options(last))
+        let options = options(task.law, last, correlated_rows);
+        let fit = solve(&mut watched, &parameters, &options)
             .map_err(|error| format!("{}: {error}", task.law.title()))?;
         runs = watched.runs;
         iterations += fit.iterations;
@@ -254,7 +266,7 @@ fn solve_in_passes(
                 correlated_rows,
             });
         }
-        sigma = unexplained(&residuals, &bench.noise);
+        sigma = unexplained(task.law, &residuals, &bench.noise);
         if pass + 1 == PASSES {
             correlated_rows = correlation_length(&residuals);
             let inflation = correlated_rows.sqrt();
@@ -276,8 +288,16 @@ fn problem<'a>(task: &'a LawTask<'_>, sigma: &'a [f64]) -> LawProblem<'a> {
     }
 }
 
-fn options(last: bool) -> Options {
+fn options(law: Law, last: bool, correlated_rows: f64) -> Options {
+    let weighting = match law.fit_window_s() {
+        // In the last pass residuals are counted in inflated units.
+        Some(_) => RowWeighting::Huber {
+            scale: OUTLIER_DEVIATIONS / if last { correlated_rows.sqrt() } else { 1.0 },
+        },
+        None => RowWeighting::Squares,
+    };
     Options {
+        weighting,
         noise: NoiseVariance::Given(1.0),
         cost_tolerance: if last { COST_TOLERANCE } else { 1e-6 },
         ..Options::default()
@@ -298,12 +318,27 @@ fn check_size(problem: &LawProblem<'_>, task: &LawTask<'_>) -> Result<(), String
     ))
 }
 
-/// What is left unexplained of each output, at least its noise.
-fn unexplained(residuals: &Residuals, noise: &[f64]) -> Vec<f64> {
+/// The size of what is left unexplained of each output, at least its noise: RMS,
+/// or by the median where outliers are to be expected.
+fn unexplained(law: Law, residuals: &Residuals, noise: &[f64]) -> Vec<f64> {
+    let size = |columns: &[Vec<f64>]| match law.fit_window_s() {
+        Some(_) => DEVIATION_PER_MEDIAN * median_size(columns),
+        None => rms(columns),
+    };
     let floor = residuals.iter().zip(noise);
     floor
-        .map(|(columns, noise)| rms(columns).max(*noise))
+        .map(|(columns, noise)| size(columns).max(*noise))
         .collect()
+}
+
+fn median_size(columns: &[Vec<f64>]) -> f64 {
+    let sizes = columns.iter().flatten().map(|residual| residual.abs());
+    let mut sizes: Vec<f64> = sizes.filter(|size| size.is_finite()).collect();
+    let middle = sizes.len() / 2;
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 fn own_parameters(free: &[FreeParameter]) -> Vec<FreeParameter> {
