@@ -23,7 +23,7 @@ pub struct FitArguments {
     #[arg(long)]
     pub rig: PathBuf,
     /// Parameters to fit, `section.key` or `effects.NAME.key`; without any, all
-    /// that the rig file lists under [uncertainty].
+    /// that the rig file lists under `[uncertainty]`.
     #[arg(long, value_name = "KEY[=START][,LOWER..UPPER]", num_args = 1..)]
     pub free: Vec<String>,
     /// Recordings to fit.
