@@ -1,9 +1,12 @@
 //! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
 
+pub mod charts;
 pub mod cli;
+pub mod compare;
 pub mod diagnose;
 pub mod effects;
 pub mod fit;
+pub mod identify;
 pub mod inspect;
 pub mod laws;
 pub mod model;

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use host_sim::cli::{
-    self, diagnose::DiagnoseArguments, inspect::InspectArguments, simulate::SimulateArguments,
+    self, compare::CompareArguments, diagnose::DiagnoseArguments, fit::FitArguments,
+    inspect::InspectArguments, simulate::SimulateArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -19,7 +20,9 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Compare(CompareArguments),
     Diagnose(DiagnoseArguments),
+    Fit(FitArguments),
     Inspect(InspectArguments),
     Simulate(SimulateArguments),
 }
@@ -28,7 +31,9 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let mut out = io::stdout().lock();
     let outcome = match &cli.command {
+        Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
+        Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
     };

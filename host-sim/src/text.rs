@@ -61,6 +61,73 @@ pub(crate) fn did_you_mean(word: &str, known: &[&str]) -> String {
         .unwrap_or_default()
 }
 
+/// A number with so many significant digits in plain characters, to be read or
+/// copied: decimals between 0.001 and a million, a power of ten beyond.
+pub(crate) fn plain(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "-".into();
+    }
+    let scientific = format!("{:.*e}", digits.max(1) - 1, value);
+    let exponent: i32 = scientific
+        .split_once('e')
+        .and_then(|(_, exponent)| exponent.parse().ok())
+        .unwrap_or(0);
+    if !(-3..6).contains(&exponent) {
+        return scientific;
+    }
+    let decimals = (digits as i32 - 1 - exponent).max(0);
+    format!("{value:.*}", decimals as usize)
+}
+
+/// Rows of text in columns: the first aligned left, the others right, a last
+/// one without a heading left again.
+#[derive(Clone, Debug)]
+pub(crate) struct Columns {
+    indent: usize,
+    rows: Vec<Vec<String>>,
+}
+
+impl Columns {
+    pub(crate) fn new(indent: usize, headings: &[&str]) -> Self {
+        let headings = headings.iter().map(|heading| (*heading).to_owned());
+        Self {
+            indent,
+            rows: vec![headings.collect()],
+        }
+    }
+
+    pub(crate) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    fn width(&self, column: usize) -> usize {
+        let cells = self.rows.iter().filter_map(|row| row.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    }
+}
+
+impl std::fmt::Display for Columns {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let headings = self.rows.first().map_or(&[][..], Vec::as_slice);
+        let remarks = headings.last().is_some_and(String::is_empty);
+        let widths: Vec<usize> = (0..headings.len()).map(|one| self.width(one)).collect();
+        for row in &self.rows {
+            let mut line = " ".repeat(self.indent);
+            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                let left = column == 0 || (remarks && column + 1 == headings.len());
+                let padded = if left {
+                    format!("{cell:<width$}  ")
+                } else {
+                    format!("{cell:>width$}  ")
+                };
+                line.push_str(&padded);
+            }
+            writeln!(out, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -68,6 +135,21 @@ mod tests {
     #[test]
     fn val_line_breaks_are_escaped() {
         assert_eq!(one_line("a\nb\u{2028}c"), "a\\nb\\u{2028}c");
+    }
+
+    #[test]
+    fn val_numbers_keep_their_digits() {
+        assert_eq!(plain(1.93e-5, 4), "1.930e-5");
+        assert_eq!(plain(-658_300.0, 5), "-658300");
+        assert_eq!(plain(0.062_347, 3), "0.0623");
+        assert_eq!(plain(f64::NAN, 3), "-");
+    }
+
+    #[test]
+    fn val_columns_line_up() {
+        let mut columns = Columns::new(1, &["name", "n", ""]);
+        columns.row(["a".to_owned(), "10".to_owned(), "note".to_owned()]);
+        assert_eq!(columns.to_string(), " name   n\n a     10  note\n");
     }
 
     #[test]

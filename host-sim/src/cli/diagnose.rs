@@ -1,15 +1,14 @@
 //! `pneuma diagnose`: recordings in, verdict out.
 
-use super::CommandError;
-use super::progress::Progress;
+use super::{CommandError, inputs};
+use crate::charts;
 use crate::diagnose::verdict::{FitFigures, Kind, Verdict};
 use crate::diagnose::{Diagnosis, diagnose, words};
-use crate::recording::Recording;
-use crate::report;
+use crate::report::Page;
 use crate::rig::Rig;
 use clap::Args;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Say what physics a model lacks, how large it is, and prove it on held-out
@@ -45,56 +44,38 @@ pub struct DiagnoseArguments {
 /// If the rig or a recording cannot be used, or an output not written.
 pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     let started = Instant::now();
-    let rig = Rig::read(&arguments.rig).map_err(bad_input)?;
-    let train = read_all(&arguments.train, &rig)?;
-    let progress = Progress::new();
+    let rig = inputs::read_rig(&arguments.rig)?;
+    let train = inputs::read_recordings(&arguments.train, &rig)?;
+    let progress = inputs::spinner();
     let diagnosis = diagnose(
         &rig,
         train,
-        || read_all(&arguments.held_out, &rig),
-        &|stage| progress.stage(stage),
+        || inputs::read_recordings(&arguments.held_out, &rig),
+        &|stage| progress.set_message(stage.to_owned()),
     )?;
-    progress.done();
+    progress.finish_and_clear();
     if let Some(path) = &arguments.json {
-        let mut text = serde_json::to_string_pretty(&diagnosis.verdict)
-            .map_err(|error| CommandError::BadInput(error.to_string()))?;
-        text.push('\n');
-        write_file(path, &text)?;
+        inputs::write_json(path, &diagnosis.verdict)?;
     }
     if let Some(path) = &arguments.improved_rig {
-        write_file(path, &diagnosis.improved_rig.to_toml())?;
+        inputs::write_text(path, &diagnosis.improved_rig.to_toml())?;
     }
     if let Some(path) = &arguments.report {
-        let page = report::diagnosis::page(&rig, &diagnosis, arguments);
-        page.write(path).map_err(|error| unwritten(path, &error))?;
+        inputs::write_page(path, &page(arguments, &rig, &diagnosis))?;
     }
     summary(&diagnosis, out)?;
     writeln!(out, "{:.1} s", started.elapsed().as_secs_f64())?;
     Ok(())
 }
 
-fn bad_input(error: impl std::fmt::Display) -> CommandError {
-    CommandError::BadInput(error.to_string())
-}
-
-fn unwritten(path: &Path, error: &std::io::Error) -> CommandError {
-    CommandError::BadInput(format!("{}: cannot be written: {error}", path.display()))
-}
-
-fn read_all(paths: &[PathBuf], rig: &Rig) -> Result<Vec<Recording>, CommandError> {
-    paths
-        .iter()
-        .map(|path| Recording::read(path, &rig.signals).map_err(bad_input))
-        .collect()
-}
-
-/// Written beside and renamed: an interrupted run leaves the old file or the
-/// new one, never half of one.
-fn write_file(path: &Path, text: &str) -> Result<(), CommandError> {
-    let beside = path.with_extension("partial");
-    std::fs::write(&beside, text)
-        .and_then(|()| std::fs::rename(&beside, path))
-        .map_err(|error| unwritten(path, &error))
+fn page(arguments: &DiagnoseArguments, rig: &Rig, diagnosis: &Diagnosis) -> Page {
+    let files = std::iter::once(&arguments.rig)
+        .chain(&arguments.train)
+        .chain(&arguments.held_out);
+    let how = inputs::provenance(files).fact("seed", arguments.seed);
+    let name = arguments.rig.file_stem().unwrap_or_default();
+    let title = format!("Diagnosis: {}", name.to_string_lossy());
+    charts::diagnosis_page(&title, rig, diagnosis, how)
 }
 
 /// Five lines: what, where, how sure, how much better, what next.

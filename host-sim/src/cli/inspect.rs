@@ -1,15 +1,14 @@
 //! `pneuma inspect`: what recordings are worth before anything is fitted.
 
-use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::CommandError;
+use super::inputs::{bad_input, provenance, read_rig, write_json, write_page};
 use crate::inspect::{Inspection, inspect};
 use crate::recording::Recording;
-use crate::rig::Rig;
 
 /// Check recordings: timing, noise, quantum, excitation and faults.
 #[derive(Args, Clone, Debug)]
@@ -20,6 +19,9 @@ pub struct InspectArguments {
     /// Also write the findings as JSON, a list with one entry per recording.
     #[arg(long)]
     pub json: Option<PathBuf>,
+    /// Write a page with plots.
+    #[arg(long)]
+    pub report: Option<PathBuf>,
     /// The recordings.
     #[arg(required = true)]
     pub recordings: Vec<PathBuf>,
@@ -27,22 +29,29 @@ pub struct InspectArguments {
 
 /// Runs the command, writing to `out`.
 pub fn run(arguments: &InspectArguments, out: &mut dyn Write) -> Result<(), CommandError> {
-    let bad_input = |error: &dyn ToString| CommandError::BadInput(error.to_string());
-    let rig = Rig::read(&arguments.rig).map_err(|error| bad_input(&error))?;
+    let rig = read_rig(&arguments.rig)?;
     let mut inspections: Vec<Inspection> = Vec::new();
+    // A page needs the samples; without one they are dropped file by file.
+    let mut kept: Vec<Recording> = Vec::new();
     for path in &arguments.recordings {
-        let recording = Recording::read(path, &rig.signals).map_err(|error| bad_input(&error))?;
+        let recording = Recording::read(path, &rig.signals).map_err(bad_input)?;
         let inspection = inspect(&rig, &recording);
         writeln!(out, "{inspection}")?;
         inspections.push(inspection);
+        if arguments.report.is_some() {
+            kept.push(recording);
+        }
     }
     out.flush()?;
     if let Some(path) = &arguments.json {
-        let text = serde_json::to_string_pretty(&inspections).map_err(|error| bad_input(&error))?;
-        fs::write(path, text + "\n").map_err(|error| {
-            let path = crate::text::file_name(&path.display().to_string());
-            CommandError::BadInput(format!("{path}: cannot be written: {error}"))
-        })?;
+        write_json(path, &inspections)?;
+    }
+    if let Some(path) = &arguments.report {
+        let mut page = crate::charts::inspection_page(&rig, &kept, &inspections);
+        page.provenance(provenance(
+            std::iter::once(&arguments.rig).chain(&arguments.recordings),
+        ));
+        write_page(path, &page)?;
     }
     Ok(())
 }

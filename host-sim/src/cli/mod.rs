@@ -1,9 +1,11 @@
 //! The commands of the `pneuma` program. Each returns an exit status; a bad
 //! input is one line on standard error and status 2.
 
+pub mod compare;
 pub mod diagnose;
+pub mod fit;
+mod inputs;
 pub mod inspect;
-pub mod progress;
 pub mod simulate;
 
 use std::io::{self, Write};

@@ -208,9 +208,9 @@ fn located(laws: &[LawDiagnosis]) -> Vec<Located> {
         .iter()
         .flat_map(|law| law.located.iter())
         .map(|located| Located {
-            place: located.place.clone(),
+            place: located.place.into(),
             share: located.share,
-            signals: vec![located.signal.clone()],
+            signals: vec![located.signal.into()],
             intervals_s: located.intervals.clone(),
             when: located.when.clone(),
         })
@@ -280,20 +280,15 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     })?;
     let located = law.located.first()?;
     let variable = located.variables.first()?;
-    let unit = if located.signal.starts_with('p') {
-        "Pa"
-    } else {
-        "SI"
-    };
     Some(UnknownTerm {
-        place: located.place.clone(),
-        of: vec![variable.name.clone()],
+        place: located.place.into(),
+        of: vec![variable.name.into()],
         expression: located.when.clone(),
-        unit: unit.into(),
+        unit: located.quantity_unit.into(),
         table: variable
             .bins
             .iter()
-            .map(|&(at, mean, spread, count)| (at, mean, spread / (count.max(1) as f64).sqrt()))
+            .map(|bin| (bin.x, bin.mean, bin.sd / (bin.count.max(1) as f64).sqrt()))
             .collect(),
     })
 }

@@ -106,20 +106,23 @@ pub fn ordinary(law: Law, rig: &Rig) -> Vec<FreeParameter> {
     rig.uncertainty
         .keys()
         .filter(|key| acts_on(law, rig, key))
-        .filter_map(|key| {
-            let mean = rig.value(key)?;
-            let standard_deviation = rig.uncertainty_sd(key)?;
-            let (lower, upper) = ordinary_bounds(key, mean, standard_deviation);
-            Some(FreeParameter {
-                key: key.clone(),
-                scope: Scope::Shared,
-                parameter: Parameter::new(mean)
-                    .bounded(lower, upper)
-                    .with_prior(mean, standard_deviation)
-                    .with_scale(standard_deviation),
-            })
-        })
+        .filter_map(|key| ordinary_parameter(rig, key))
         .collect()
+}
+
+/// A number that the engineer typed with an uncertainty, free with its prior.
+pub fn ordinary_parameter(rig: &Rig, key: &str) -> Option<FreeParameter> {
+    let mean = rig.value(key)?;
+    let standard_deviation = rig.uncertainty_sd(key)?;
+    let (lower, upper) = ordinary_bounds(key, mean, standard_deviation);
+    Some(FreeParameter {
+        key: key.to_owned(),
+        scope: Scope::Shared,
+        parameter: Parameter::new(mean)
+            .bounded(lower, upper)
+            .with_prior(mean, standard_deviation)
+            .with_scale(standard_deviation),
+    })
 }
 
 /// Quantities that are positive by nature stay positive; otherwise ten

@@ -441,7 +441,7 @@ pub fn correlation_length(residuals: &[Vec<Vec<f64>>]) -> f64 {
         .fold(1.0, f64::max)
 }
 
-fn integrated_autocorrelation(column: &[f64]) -> f64 {
+pub(super) fn integrated_autocorrelation(column: &[f64]) -> f64 {
     let finite: Vec<f64> = column.iter().copied().filter(|r| r.is_finite()).collect();
     let count = finite.len();
     let mean = finite.iter().sum::<f64>() / count.max(1) as f64;

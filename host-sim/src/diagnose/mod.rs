@@ -16,6 +16,7 @@ pub mod candidates;
 pub mod fitted;
 pub mod knowability;
 pub mod locate;
+mod phrase;
 pub mod proof;
 pub mod search;
 pub mod verdict;
@@ -201,9 +202,13 @@ fn diagnose_law(
         Frozen::new(&full, &improved.set, &improved.shared_values()),
     ];
     let masked = masked(&bench, &outcome.improved);
+    let misfits = locate::locate(law, rig, &tracks, &full.residuals_of(&baseline));
+    let above_noise =
+        |pair: &(Located, &f64)| pair.0.rms.powi(2) / pair.1.powi(2) - 1.0 > WORTH_A_SEARCH;
+    let located = misfits.into_iter().zip(&full.noise).filter(above_noise);
     Some(LawDiagnosis {
         law,
-        located: locate::locate(law, rig, &tracks, &full.residuals_of(&baseline)),
+        located: located.map(|(located, _)| located).collect(),
         masked,
         train: runs(law, rig, &tracks, &frozen),
         held_out: Vec::new(),

@@ -105,31 +105,39 @@ fn optional(value: Option<f64>) -> String {
 }
 
 fn write_excitation(out: &mut fmt::Formatter<'_>, excitation: &Excitation) -> fmt::Result {
-    let mut parts = Vec::new();
-    if let Some(span) = excitation.stroke_span {
-        parts.push(format!("x spans {}", figure(span)));
-    }
-    if let Some(stick) = excitation.stick_fraction {
-        parts.push(format!("{:.0} % at rest", stick * 100.0));
-    }
-    if let Some(reversals) = excitation.reversals {
-        parts.push(format!("{reversals} reversals"));
-    }
-    if let Some(rests) = excitation.rests {
-        parts.push(format!("{rests} rests"));
-    }
-    let spans = [
-        ("opening (V)", excitation.opening_span_v),
-        ("p_a/p_s", excitation.pressure_ratio_a),
-        ("p_b/p_s", excitation.pressure_ratio_b),
-    ];
-    for (name, span) in spans {
-        if let Some([low, high]) = span {
-            parts.push(format!("{name} {low:.3} to {high:.3}"));
-        }
-    }
+    let parts = excitation.parts();
     if parts.is_empty() {
         return Ok(());
     }
     writeln!(out, "  excitation: {}", parts.join(", "))
+}
+
+impl Excitation {
+    /// What is known of it, a few words each.
+    pub fn parts(&self) -> Vec<String> {
+        let mut parts = Vec::new();
+        if let Some(span) = self.stroke_span {
+            parts.push(format!("x spans {}", figure(span)));
+        }
+        if let Some(stick) = self.stick_fraction {
+            parts.push(format!("{:.0} % at rest", stick * 100.0));
+        }
+        if let Some(reversals) = self.reversals {
+            parts.push(format!("{reversals} reversals"));
+        }
+        if let Some(rests) = self.rests {
+            parts.push(format!("{rests} rests"));
+        }
+        let spans = [
+            ("opening (V)", self.opening_span_v),
+            ("p_a/p_s", self.pressure_ratio_a),
+            ("p_b/p_s", self.pressure_ratio_b),
+        ];
+        for (name, span) in spans {
+            if let Some([low, high]) = span {
+                parts.push(format!("{name} {low:.3} to {high:.3}"));
+            }
+        }
+        parts
+    }
 }

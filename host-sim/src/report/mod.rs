@@ -51,9 +51,7 @@
 mod bars;
 mod chart;
 pub mod decimate;
-pub mod diagnosis;
 pub mod escape;
-pub mod locate;
 mod matrix;
 pub mod number;
 mod page;

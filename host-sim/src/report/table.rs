@@ -20,6 +20,22 @@ impl Cell {
         }
     }
 
+    /// A number with so many significant digits.
+    pub fn significant(value: f64, digits: usize) -> Self {
+        Self {
+            text: number::significant(value, digits),
+            numeric: true,
+        }
+    }
+
+    /// A number that is only known to be smaller than this: `< 0.0123`.
+    pub fn below(value: f64, digits: usize) -> Self {
+        Self {
+            text: format!("< {}", number::significant(value, digits)),
+            numeric: true,
+        }
+    }
+
     /// A value and its standard deviation: `1.93 ± 0.06`.
     pub fn with_deviation(value: f64, deviation: f64, decimals: usize) -> Self {
         let value = number::fixed(value, decimals);

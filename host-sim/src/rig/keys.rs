@@ -309,6 +309,23 @@ pub fn numeric_keys() -> impl Iterator<Item = &'static str> {
     NUMBERS.iter().map(|number| number.name)
 }
 
+/// The least and the largest value that a rig file admits at a key; for a valve
+/// table those of its scale. `None` for a key that there is not.
+pub fn key_bounds(key: &str) -> Option<(f64, f64)> {
+    /// A table stretched or shrunk further than this is another table.
+    const SCALE: (f64, f64) = (0.01, 100.0);
+    /// An open end is kept away from by this part of the closed one.
+    const MARGIN: f64 = 1e-12;
+    if ValveTable::from_key(key).is_some() {
+        return Some(SCALE);
+    }
+    let limits = &number(key)?.limits;
+    let margin = MARGIN * limits.high.abs();
+    let lower = limits.low + if limits.low_included { 0.0 } else { margin };
+    let upper = limits.high - if limits.high_included { 0.0 } else { margin };
+    Some((lower, upper))
+}
+
 pub(super) fn number(key: &str) -> Option<&'static NumberKey> {
     NUMBERS.iter().find(|number| number.name == key)
 }

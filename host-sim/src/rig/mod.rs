@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 
 pub use error::{EffectFault, RigError, UnknownKey};
 pub(crate) use keys::{COMMAND, Limits, PRESSURE, TEMPERATURE, limits, positive};
-pub use keys::{ValveTable, numeric_keys};
+pub use keys::{ValveTable, key_bounds, numeric_keys};
 pub use read::{EffectCheck, signal_dimension};
 pub(crate) use read::{line_at, numeric, read_text, shown};
 

@@ -2,18 +2,19 @@
 //! what it could be confused with, what to record next, parameters, and how it
 //! was made.
 
-use super::{BarChart, Cell, Chart, ChartStack, Page, Provenance, Role, Section, Series, Table};
-use crate::cli::diagnose::DiagnoseArguments;
+use super::{Curve, OPEN_DETAIL, located_misfit, prediction_stack, shade_intervals};
 use crate::diagnose::proof::Run;
 use crate::diagnose::verdict::{FitFigures, Verdict};
 use crate::diagnose::{Diagnosis, LawDiagnosis, Model, words};
-use crate::laws::Output;
+use crate::identify::Residuals;
+use crate::laws::{Output, Track};
 use crate::recording::Recording;
+use crate::report::{
+    BarChart, Cell, Chart, ChartStack, Page, Provenance, Role, Section, Series, Table,
+};
 use crate::rig::Rig;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
-use sha2::{Digest, Sha256};
-use std::path::Path;
 
 /// Bins of a histogram of residuals.
 const HISTOGRAM_BINS: usize = 60;
@@ -41,22 +42,12 @@ impl Shown {
             _ => si,
         }
     }
-
-    fn column(&self, rig: &Rig, output: &Output, si: &[f64]) -> Vec<f64> {
-        let zero = match rig.signals.get(output.signal) {
-            Some(signal) if signal.unit.is_gauge() => rig.ambient_pressure_pa(),
-            _ => 0.0,
-        };
-        si.iter()
-            .map(|value| (value - zero) * self.per_si)
-            .collect()
-    }
 }
 
 /// Makes the page.
-pub fn page(rig: &Rig, diagnosis: &Diagnosis, arguments: &DiagnoseArguments) -> Page {
+pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Provenance) -> Page {
     let verdict = &diagnosis.verdict;
-    let mut page = Page::new(format!("Diagnosis of {}", file_name(&arguments.rig)));
+    let mut page = Page::new(title);
     page.lead(verdict.sentence.clone());
     tiles(&mut page, rig, diagnosis);
     page.section("Where the misfit sits", |section| {
@@ -73,13 +64,9 @@ pub fn page(rig: &Rig, diagnosis: &Diagnosis, arguments: &DiagnoseArguments) -> 
         },
     );
     page.section("Parameters", |section| parameters(section, verdict));
-    page.provenance(provenance(arguments, diagnosis));
+    let fits: usize = diagnosis.laws.iter().map(|law| law.fits).sum();
+    page.provenance(how.fact("models fitted", fits));
     page
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name()
-        .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 fn kind_word(verdict: &Verdict) -> String {
@@ -148,89 +135,79 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
             "Each law is driven by recorded signals in place of its neighbours, so that an error of one cannot hide in another. \
              Shaded: where the refitted model misses most.",
         );
-        section.chart(comparison(
-            rig,
-            law,
-            &law.train,
-            &diagnosis.train,
-            "training",
-        ));
+        if let Some(stack) = comparison(rig, law, &law.train, &diagnosis.train) {
+            let recording = diagnosis.train.first().map_or("", |one| one.name.as_str());
+            section.chart(shade_intervals(stack, &law.located, recording));
+        }
         for located in &law.located {
-            super::locate::charts(section, located);
+            located_misfit(section, located, Role::Refitted);
         }
     }
 }
 
-/// Recorded against predicted, with the residuals below, for the first
-/// recording.
+/// Recorded against predicted, with the residuals and what drove the law, for
+/// the first recording.
 fn comparison(
     rig: &Rig,
     law: &LawDiagnosis,
     runs: &[Vec<Option<Run>>],
     recordings: &[Recording],
-    which: &str,
-) -> ChartStack {
-    let name = recordings
-        .first()
-        .map_or("", |recording| recording.name.as_str());
-    let short = file_name(Path::new(name));
-    let mut stack = ChartStack::new(format!("{short} ({which})"));
-    let Some(recording) = recordings.first() else {
-        return stack;
-    };
+) -> Option<ChartStack> {
+    let recording = recordings.first()?;
     let models = [
         (Model::Given, "as given", Role::Given),
         (Model::Refitted, "refitted", Role::Refitted),
         (Model::Improved, "improved", Role::Improved),
     ];
-    for (index, output) in law.law.outputs(rig).iter().enumerate() {
-        let shown = Shown::of(rig, output);
-        let seen = recording.signal(output.signal).unwrap_or(&[]);
-        let mut values = Chart::new(output.signal)
-            .x_axis("time", "s")
-            .y_axis(output.signal, shown.unit.clone())
-            .series(Series::columns(
-                "recorded",
-                Role::Recorded,
-                &recording.time_s,
-                &shown.column(rig, output, seen),
-            ));
-        let mut errors = Chart::new(format!("{}: predicted less recorded", output.signal))
-            .x_axis("time", "s")
-            .y_axis("error", shown.unit.clone());
-        for (model, label, role) in models {
-            let run = runs
-                .get(model as usize)
-                .and_then(|runs| runs.first()?.as_ref());
-            let Some(run) = run else { continue };
-            let predicted = &run.predicted[index];
-            let residual: Vec<f64> = predicted
-                .iter()
-                .zip(seen)
-                .map(|(p, r)| (p - r) * shown.per_si)
-                .collect();
-            if model != Model::Given {
-                values = values.series(Series::columns(
-                    label,
-                    role,
-                    &recording.time_s,
-                    &shown.column(rig, output, predicted),
-                ));
-            }
-            errors = errors.series(Series::columns(label, role, &recording.time_s, &residual));
-        }
-        stack = stack.panel(values).panel(errors);
-    }
-    if which == "training" {
-        for located in &law.located {
-            for (recording_name, from, to) in &located.intervals {
-                if recording_name == name {
-                    stack = stack.interval(*from, *to, "");
-                }
-            }
-        }
-    }
-    stack
+    let residuals: Vec<Residuals> = models
+        .iter()
+        .map(|(model, ..)| residuals(rig, law, &runs[*model as usize], recordings))
+        .collect();
+    let curves: Vec<Curve<'_>> = models
+        .iter()
+        .zip(&residuals)
+        .map(|(&(_, name, role), residuals)| Curve {
+            name,
+            role,
+            residuals,
+        })
+        .collect();
+    let track = Track::new(recording);
+    Some(prediction_stack(
+        law.law,
+        rig,
+        &track,
+        0,
+        &curves,
+        OPEN_DETAIL,
+    ))
+}
+
+/// Predicted less recorded, by output, recording and row.
+fn residuals(
+    rig: &Rig,
+    law: &LawDiagnosis,
+    runs: &[Option<Run>],
+    recordings: &[Recording],
+) -> Residuals {
+    let error = |output: usize, signal: &str, run: &Option<Run>, recording: &Recording| {
+        let (Some(run), Some(seen)) = (run, recording.signal(signal)) else {
+            return Vec::new();
+        };
+        let pairs = run.predicted[output].iter().zip(seen);
+        pairs.map(|(predicted, seen)| predicted - seen).collect()
+    };
+    law.law
+        .outputs(rig)
+        .iter()
+        .enumerate()
+        .map(|(output, one)| {
+            let pairs = runs.iter().zip(recordings);
+            pairs
+                .map(|(run, recording)| error(output, one.signal, run, recording))
+                .collect()
+        })
+        .collect()
 }
 
 fn what(section: &mut Section, verdict: &Verdict) {
@@ -317,11 +294,11 @@ fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
         } else {
             (&law.train, &diagnosis.train)
         };
-        if held {
-            section.chart(comparison(rig, law, runs, recordings, "held out"));
+        if let Some(stack) = comparison(rig, law, runs, recordings).filter(|_| held) {
+            section.chart(stack);
         }
         for (index, output) in law.law.outputs(rig).iter().enumerate() {
-            residual_charts(section, rig, (runs, recordings), index, output);
+            residual_charts(section, rig, law, (runs, recordings), index, output);
         }
     }
 }
@@ -412,30 +389,19 @@ fn error_bars(rig: &Rig, diagnosis: &Diagnosis) -> BarChart {
 fn residual_charts(
     section: &mut Section,
     rig: &Rig,
+    law: &LawDiagnosis,
     (runs, recordings): (&[Vec<Option<Run>>], &[Recording]),
     index: usize,
     output: &Output,
 ) {
     let shown = Shown::of(rig, output);
-    let residuals = |model: Model| -> Vec<f64> {
-        let Some(run) = runs
-            .get(model as usize)
-            .and_then(|runs| runs.first()?.as_ref())
-        else {
-            return Vec::new();
-        };
-        let Some(recording) = recordings.first() else {
-            return Vec::new();
-        };
-        let seen = recording.signal(output.signal).unwrap_or(&[]);
-        run.predicted[index]
-            .iter()
-            .zip(seen)
-            .map(|(p, r)| (p - r) * shown.per_si)
-            .filter(|residual| residual.is_finite())
-            .collect()
+    let of = |model: Model| -> Vec<f64> {
+        let all = residuals(rig, law, &runs[model as usize], recordings);
+        let first = all[index].first().into_iter().flatten();
+        let shown = first.map(|residual| residual * shown.per_si);
+        shown.filter(|residual| residual.is_finite()).collect()
     };
-    let (before, after) = (residuals(Model::Refitted), residuals(Model::Improved));
+    let (before, after) = (of(Model::Refitted), of(Model::Improved));
     if before.is_empty() {
         return;
     }
@@ -555,41 +521,4 @@ fn parameters(section: &mut Section, verdict: &Verdict) {
         ]);
     }
     section.table(table);
-}
-
-fn provenance(arguments: &DiagnoseArguments, diagnosis: &Diagnosis) -> Provenance {
-    let quote = |path: &Path| path.display().to_string();
-    let list = |paths: &[std::path::PathBuf]| {
-        paths
-            .iter()
-            .map(|path| quote(path))
-            .collect::<Vec<_>>()
-            .join(" ")
-    };
-    let mut command = format!(
-        "pneuma diagnose --rig {} --train {}",
-        quote(&arguments.rig),
-        list(&arguments.train)
-    );
-    if !arguments.held_out.is_empty() {
-        command.push_str(&format!(" --held-out {}", list(&arguments.held_out)));
-    }
-    let fits: usize = diagnosis.laws.iter().map(|law| law.fits).sum();
-    let mut provenance = Provenance::new(command)
-        .fact("version", env!("CARGO_PKG_VERSION"))
-        .fact("seed", arguments.seed)
-        .fact("models fitted", fits);
-    let files = std::iter::once(&arguments.rig)
-        .chain(&arguments.train)
-        .chain(&arguments.held_out);
-    for path in files {
-        if let Ok(bytes) = std::fs::read(path) {
-            let hash: String = Sha256::digest(&bytes)
-                .iter()
-                .map(|byte| format!("{byte:02x}"))
-                .collect();
-            provenance = provenance.file(quote(path), bytes.len() as u64, hash);
-        }
-    }
-    provenance
 }

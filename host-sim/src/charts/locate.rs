@@ -1,0 +1,138 @@
+//! Where a model and recordings part, as charts: which variable the misfit goes
+//! with, and how.
+
+use crate::diagnose::locate::{Located, VariableShare};
+use crate::report::{BarChart, Chart, ChartStack, Role, Section, Series};
+use crate::units::shown;
+
+/// Variables drawn openly; the others are in a part that opens.
+const OPEN_VARIABLES: usize = 2;
+/// Height of a chart over a variable, CSS pixels.
+const HEIGHT_PX: u32 = 190;
+
+/// The findings on one signal: the phrase, what each variable explains, and the
+/// residual over the variables that explain most.
+pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
+    section.text(sentence(located));
+    if located.variables.is_empty() {
+        return;
+    }
+    section.bars(shares(located, role));
+    let named = open_variables(located);
+    if !named.is_empty() {
+        section.row(|row| {
+            for variable in &named {
+                row.chart(over_variable(located, variable, role));
+            }
+        });
+    }
+    let others: Vec<&VariableShare> = located
+        .variables
+        .iter()
+        .filter(|variable| !named.iter().any(|one| one.name == variable.name))
+        .collect();
+    if others.is_empty() {
+        return;
+    }
+    section.details(
+        format!("`{}` over the other variables", located.signal),
+        |details| {
+            for pair in others.chunks(2) {
+                details.row(|row| {
+                    for variable in pair {
+                        row.chart(over_variable(located, variable, role));
+                    }
+                });
+            }
+        },
+    );
+}
+
+/// The variables to be seen at once. A pressure and its ratio to the supply's
+/// say the same twice.
+fn open_variables(located: &Located) -> Vec<&VariableShare> {
+    let mut open: Vec<&VariableShare> = Vec::new();
+    for variable in located.variables.iter().filter(|one| one.significant) {
+        let twin = |one: &&VariableShare| {
+            one.name.starts_with(variable.name) || variable.name.starts_with(one.name)
+        };
+        if open.len() < OPEN_VARIABLES && !open.iter().any(twin) {
+            open.push(variable);
+        }
+    }
+    open
+}
+
+/// Shades the stretches of largest misfit of one recording in all panels.
+pub fn shade_intervals(stack: ChartStack, located: &[Located], recording: &str) -> ChartStack {
+    let mut labelled = false;
+    located
+        .iter()
+        .flat_map(|one| one.intervals.iter().map(move |interval| (one, interval)))
+        .filter(|(_, interval)| interval.0 == recording)
+        .fold(stack, |stack, (_, (_, from, to))| {
+            let label = if labelled { "" } else { "largest misfit" };
+            labelled = true;
+            stack.interval(*from, *to, label)
+        })
+}
+
+fn sentence(located: &Located) -> String {
+    let mut text = format!("`{}`: {}.", located.signal, located.when);
+    if !located.intervals.is_empty() {
+        text.push_str(&format!(
+            " The shaded stretches hold {:.0} % of its squared error in {:.0} % of the time.",
+            100.0 * located.interval_share,
+            100.0 * located.interval_time
+        ));
+    }
+    if located.quantity != located.signal {
+        text.push_str(&format!(
+            " Over state it is judged by the {} that its error stands for.",
+            located.quantity
+        ));
+    }
+    text
+}
+
+fn shares(located: &Located, role: Role) -> BarChart {
+    let names = located.variables.iter().map(|variable| variable.name);
+    let of = |pick: fn(&VariableShare) -> f64| located.variables.iter().map(pick);
+    BarChart::new(
+        format!("What the misfit of `{}` goes with", located.signal),
+        names,
+    )
+    .axis("share of squared error", "%")
+    .digits(2)
+    .bars("its value", role, of(|variable| 100.0 * variable.of_value))
+    .bars("its size", Role::Mark, of(|variable| 100.0 * variable.of_size))
+    .note("Part of the squared error explained by the variable alone, in quantile bins, corrected for their number. Variables that go together share the credit, so the parts do not add up.")
+}
+
+/// Mean and spread of the residual in bins of a variable.
+fn over_variable(located: &Located, variable: &VariableShare, role: Role) -> Chart {
+    let (x, y) = (shown(variable.unit), shown(located.quantity_unit));
+    let bins = || variable.bins.iter();
+    let at = |bin: &crate::diagnose::locate::Bin| bin.x * x.per_si;
+    let band = bins().map(|bin| {
+        let (mean, sd) = (bin.mean * y.per_si, bin.sd * y.per_si);
+        (at(bin), mean - sd, mean + sd)
+    });
+    let means: Vec<(f64, f64)> = bins().map(|bin| (at(bin), bin.mean * y.per_si)).collect();
+    Chart::new(format!(
+        "`{}` over {}: {:.0} %",
+        located.signal,
+        variable.name,
+        100.0 * variable.eta_squared
+    ))
+    .x_axis(variable.name, x.unit)
+    .y_axis(
+        format!("{}, predicted − recorded", located.quantity),
+        y.unit,
+    )
+    .height(HEIGHT_PX)
+    .band("spread in the bin, ± sd", role, band)
+    .series(Series::new("mean in the bin", role, means.clone()))
+    .series(Series::new("bins", role, means).dots())
+    .level(0.0, "")
+}

@@ -1,0 +1,76 @@
+//! `pneuma compare`: where a rig as given and recordings part.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::CommandError;
+use super::inputs::{
+    bad_input, laws, provenance, read_recordings, read_rig, spinner, write_json, write_page,
+};
+use crate::compare::{LawComparison, compare_law};
+use crate::laws::Track;
+
+/// Predict recordings with the rig as given and show where they part.
+#[derive(Args, Clone, Debug)]
+pub struct CompareArguments {
+    /// The rig file.
+    #[arg(long)]
+    pub rig: PathBuf,
+    /// Write a page with plots.
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+    /// Write the findings as JSON.
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// The recordings.
+    #[arg(required = true)]
+    pub recordings: Vec<PathBuf>,
+}
+
+/// The JSON.
+#[derive(Serialize)]
+struct CompareFile<'a> {
+    format: &'static str,
+    rig: String,
+    recordings: Vec<&'a str>,
+    laws: &'a [LawComparison],
+}
+
+/// Runs the command, writing to `out`.
+pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let rig = read_rig(&arguments.rig)?;
+    let laws = laws(&rig)?;
+    let recordings = read_recordings(&arguments.recordings, &rig)?;
+    let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+    let mut compared: Vec<LawComparison> = Vec::new();
+    for law in laws {
+        let bar = spinner();
+        bar.set_message(format!("{}: predicting", law.title()));
+        bar.tick();
+        let comparison = compare_law(law, &rig, &tracks).map_err(bad_input)?;
+        bar.finish_and_clear();
+        let gap = if compared.is_empty() { "" } else { "\n" };
+        write!(out, "{gap}{comparison}")?;
+        compared.push(comparison);
+    }
+    out.flush()?;
+    if let Some(path) = &arguments.json {
+        let content = CompareFile {
+            format: "compare/1",
+            rig: arguments.rig.display().to_string(),
+            recordings: recordings.iter().map(|one| one.name.as_str()).collect(),
+            laws: &compared,
+        };
+        write_json(path, &content)?;
+    }
+    if let Some(path) = &arguments.report {
+        let mut page = crate::charts::compare_page(&rig, &compared, &tracks);
+        let files = std::iter::once(&arguments.rig).chain(&arguments.recordings);
+        page.provenance(provenance(files));
+        write_page(path, &page)?;
+    }
+    Ok(())
+}

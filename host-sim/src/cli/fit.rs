@@ -1,0 +1,154 @@
+//! `pneuma fit`: numbers of a rig file fitted to recordings.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::CommandError;
+use super::inputs::{
+    bad_input, laws, provenance, read_recordings, read_rig, spinner, write_json, write_page,
+    write_text,
+};
+use crate::identify::{FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig};
+use crate::laws::Track;
+use crate::recording::Recording;
+use crate::rig::Rig;
+
+/// Fit numbers of the rig file to recordings, law by law.
+#[derive(Args, Clone, Debug)]
+pub struct FitArguments {
+    /// The rig file.
+    #[arg(long)]
+    pub rig: PathBuf,
+    /// Parameters to fit, `section.key` or `effects.NAME.key`; without any, all
+    /// that the rig file lists under `[uncertainty]`.
+    #[arg(long, value_name = "KEY[=START][,LOWER..UPPER]", num_args = 1..)]
+    pub free: Vec<String>,
+    /// Recordings to fit.
+    #[arg(long, required = true, num_args = 1..)]
+    pub train: Vec<PathBuf>,
+    /// Recordings to predict with the fitted numbers.
+    #[arg(long, num_args = 1..)]
+    pub held_out: Vec<PathBuf>,
+    /// Write the outcome as JSON.
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Write the rig with the fitted numbers.
+    #[arg(long)]
+    pub improved_rig: Option<PathBuf>,
+    /// Write a page with plots.
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+}
+
+/// The JSON.
+#[derive(Serialize)]
+struct FitFile<'a> {
+    format: &'static str,
+    rig: String,
+    train: Vec<&'a str>,
+    held_out: Vec<&'a str>,
+    laws: &'a [LawFit],
+    notes: &'a [String],
+}
+
+/// Runs the command, writing to `out`.
+pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let rig = read_rig(&arguments.rig)?;
+    let requests = arguments
+        .free
+        .iter()
+        .map(|text| FreeRequest::parse(text))
+        .collect::<Result<Vec<FreeRequest>, String>>()
+        .map_err(bad_input)?;
+    let laws = laws(&rig)?;
+    let train = read_recordings(&arguments.train, &rig)?;
+    let held_out = read_recordings(&arguments.held_out, &rig)?;
+    let train_tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
+    let held_tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
+    let free = free_parameters(&rig, &laws, &train_tracks, &requests).map_err(bad_input)?;
+    writeln!(out, "{}", headline(&train, &held_out))?;
+    let mut fits: Vec<LawFit> = Vec::new();
+    for (&law, free) in laws.iter().zip(free) {
+        if free.is_empty() {
+            writeln!(out, "\n{}: none of its numbers is free", law.title())?;
+            continue;
+        }
+        let task = LawTask {
+            law,
+            rig: &rig,
+            train: &train_tracks,
+            held_out: &held_tracks,
+            free,
+        };
+        let fit = fit_with_progress(&task)?;
+        write!(out, "\n{fit}")?;
+        fits.push(fit);
+    }
+    let (improved, notes) = improved_rig(&rig, &fits);
+    for note in &notes {
+        writeln!(out, "note: {note}")?;
+    }
+    out.flush()?;
+    if let Some(path) = &arguments.improved_rig {
+        let (text, complaint) = improved_text(&improved);
+        write_text(path, &text)?;
+        if let Some(complaint) = complaint {
+            writeln!(out, "note: {complaint}")?;
+        }
+    }
+    if let Some(path) = &arguments.json {
+        let content = FitFile {
+            format: "fit/1",
+            rig: arguments.rig.display().to_string(),
+            train: names(&train),
+            held_out: names(&held_out),
+            laws: &fits,
+            notes: &notes,
+        };
+        write_json(path, &content)?;
+    }
+    if let Some(path) = &arguments.report {
+        let mut page = crate::charts::fit_page(&rig, &fits, &train_tracks, &held_tracks);
+        let files = std::iter::once(&arguments.rig);
+        let files = files.chain(&arguments.train).chain(&arguments.held_out);
+        page.provenance(provenance(files));
+        write_page(path, &page)?;
+    }
+    Ok(())
+}
+
+fn fit_with_progress(task: &LawTask<'_>) -> Result<LawFit, CommandError> {
+    let bar = spinner();
+    let title = task.law.title();
+    let progress = |runs: usize| {
+        bar.set_message(format!("{title}: run {runs} through the recordings"));
+        bar.tick();
+    };
+    let fit = fit_law(task, &progress).map_err(bad_input);
+    bar.finish_and_clear();
+    fit
+}
+
+fn headline(train: &[Recording], held_out: &[Recording]) -> String {
+    let mut line = format!("fitted to {}", names(train).join(", "));
+    if !held_out.is_empty() {
+        line.push_str(&format!("; held out: {}", names(held_out).join(", ")));
+    }
+    line
+}
+
+fn names(recordings: &[Recording]) -> Vec<&str> {
+    recordings.iter().map(|one| one.name.as_str()).collect()
+}
+
+/// The improved rig file, and what is wrong with it should it not read back.
+fn improved_text(rig: &Rig) -> (String, Option<String>) {
+    let text = format!("# Numbers fitted by `pneuma fit`.\n{}", rig.to_toml());
+    let complaint = Rig::parse(&text, "the improved rig")
+        .err()
+        .map(|error| format!("{error}; bound the parameters with --free KEY,LOWER..UPPER"));
+    (text, complaint)
+}

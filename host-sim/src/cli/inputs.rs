@@ -1,0 +1,190 @@
+//! What the commands share: reading rigs and recordings, writing pages and
+//! JSON, and saying how a page was made.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use super::CommandError;
+use crate::laws::Law;
+use crate::recording::Recording;
+use crate::report::{Page, Provenance};
+use crate::rig::Rig;
+use crate::text::file_name;
+
+pub(super) fn bad_input(error: impl ToString) -> CommandError {
+    CommandError::BadInput(error.to_string())
+}
+
+pub(super) fn read_rig(path: &Path) -> Result<Rig, CommandError> {
+    Rig::read(path).map_err(bad_input)
+}
+
+/// Reads recordings. Error lines name the file as typed; afterwards a recording
+/// goes by its file name, unless two share it.
+pub(super) fn read_recordings(
+    paths: &[PathBuf],
+    rig: &Rig,
+) -> Result<Vec<Recording>, CommandError> {
+    let mut all: Vec<Recording> = Vec::new();
+    for path in paths {
+        all.push(Recording::read(path, &rig.signals).map_err(bad_input)?);
+    }
+    let short = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        file_name(&name.to_string_lossy())
+    };
+    let names: Vec<String> = paths.iter().map(short).collect();
+    let distinct: BTreeSet<&String> = names.iter().collect();
+    if distinct.len() == names.len() {
+        for (recording, name) in all.iter_mut().zip(names) {
+            recording.name = name;
+        }
+    }
+    Ok(all)
+}
+
+/// The laws that the rig describes and its signals drive; one line where there
+/// is none, with what is missing.
+pub(super) fn laws(rig: &Rig) -> Result<Vec<Law>, CommandError> {
+    let has = |signal: &str| rig.signals.contains(signal);
+    let laws = Law::of(rig, &has);
+    if laws.is_empty() {
+        return Err(bad_input(no_law(rig)));
+    }
+    Ok(laws)
+}
+
+fn no_law(rig: &Rig) -> String {
+    let has = |signal: &str| rig.signals.contains(signal);
+    let absent = |needed: &[&str]| {
+        let absent = needed.iter().filter(|signal| !has(signal));
+        absent.copied().collect::<Vec<_>>().join(" and ")
+    };
+    let mut needs: Vec<String> = Vec::new();
+    if rig.chambers.is_some() {
+        let mut needed = vec![];
+        if !has("p_b") {
+            needed.push("p_a");
+        }
+        if rig.vessel.is_none() {
+            needed.push("x");
+        }
+        if rig.valve.is_some() {
+            needed.push("u");
+        }
+        let signals = absent(&needed);
+        needs.push(match (signals.as_str(), rig.cylinder.is_some()) {
+            ("", false) => "[chambers] a [cylinder] or a [vessel]".into(),
+            (signals, _) => format!("[chambers] the signal {signals}"),
+        });
+    }
+    if rig.carriage.is_some() {
+        let signals = absent(&["x", "p_a", "p_b"]);
+        needs.push(format!("[carriage] the signal {signals} (or x and force)"));
+    } else if rig.friction.is_some() {
+        needs.push(format!("[friction] the signal {}", absent(&["x", "force"])));
+    }
+    if rig.actuator.is_some() {
+        needs.push(format!("[actuator] the signal {}", absent(&["u", "x"])));
+    }
+    if needs.is_empty() {
+        return "the rig describes no law: it has neither [chambers], [carriage], [friction] nor [actuator]".into();
+    }
+    format!(
+        "the recorded signals drive no law of the rig: it lacks for {}",
+        needs.join(", for ")
+    )
+}
+
+/// A bar that shows what is going on, on a terminal only.
+pub(super) fn spinner() -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Written beside and renamed: an interrupted run leaves the old file or the
+/// new one, never half of one.
+pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CommandError> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".partial");
+    fs::write(&beside, text)
+        .and_then(|()| fs::rename(&beside, path))
+        .map_err(|error| cannot_write(path, &error))
+}
+
+pub(super) fn write_json(path: &Path, content: &impl Serialize) -> Result<(), CommandError> {
+    let text = serde_json::to_string_pretty(content).map_err(bad_input)?;
+    write_text(path, &(text + "\n"))
+}
+
+pub(super) fn write_page(path: &Path, page: &Page) -> Result<(), CommandError> {
+    page.write(path).map_err(|error| cannot_write(path, &error))
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> CommandError {
+    let path = file_name(&path.display().to_string());
+    bad_input(format!("{path}: cannot be written: {error}"))
+}
+
+/// The command as typed, the version and the files with their hashes.
+pub(super) fn provenance<'p>(files: impl IntoIterator<Item = &'p PathBuf>) -> Provenance {
+    let command = std::env::args()
+        .enumerate()
+        .map(|(place, word)| {
+            if place == 0 {
+                "pneuma".into()
+            } else {
+                quoted(&word)
+            }
+        })
+        .collect::<Vec<String>>()
+        .join(" ");
+    let provenance = Provenance::new(command).fact("version", env!("CARGO_PKG_VERSION"));
+    files.into_iter().fold(provenance, |provenance, path| {
+        let name = file_name(&path.display().to_string());
+        match fingerprint(path) {
+            Ok((bytes, hash)) => provenance.file(name, bytes, hash),
+            Err(_) => provenance,
+        }
+    })
+}
+
+/// A word of a command line, quoted where a shell would take it apart.
+fn quoted(word: &str) -> String {
+    let plain = |character: char| character.is_alphanumeric() || "-_=./,:+%@".contains(character);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", file_name(word).replace('\'', "'\\''"))
+}
+
+/// Size and SHA-256 of a file.
+fn fingerprint(path: &Path) -> io::Result<(u64, String)> {
+    let mut file = File::open(path)?;
+    let mut digest = Sha256::new();
+    let mut block = vec![0_u8; 1 << 16];
+    let mut bytes = 0;
+    loop {
+        let count = file.read(&mut block)?;
+        if count == 0 {
+            break;
+        }
+        bytes += count as u64;
+        digest.update(&block[..count]);
+    }
+    let hash: String = digest
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    Ok((bytes, hash))
+}
