@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use host_sim::cli::{
-    self, compare::CompareArguments, diagnose::DiagnoseArguments, fit::FitArguments,
-    inspect::InspectArguments, simulate::SimulateArguments,
+    self, compare::CompareArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
+    fit::FitArguments, inspect::InspectArguments, simulate::SimulateArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -21,6 +21,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Compare(CompareArguments),
+    Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
     Fit(FitArguments),
     Inspect(InspectArguments),
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
     let mut out = io::stdout().lock();
     let outcome = match &cli.command {
         Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
+        Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),

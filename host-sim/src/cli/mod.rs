@@ -2,6 +2,7 @@
 //! input is one line on standard error and status 2.
 
 pub mod compare;
+pub mod demo;
 pub mod diagnose;
 pub mod fit;
 mod inputs;

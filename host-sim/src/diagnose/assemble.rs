@@ -532,11 +532,14 @@ fn named_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String
             named.push(words::named(candidate, &sizes(law, candidate)));
         }
     }
-    let rivals: Vec<String> = alternatives.iter().map(|pair| pair.join(" or ")).collect();
+    let rivals: Vec<String> = alternatives
+        .iter()
+        .map(|pair| pair.join(" from "))
+        .collect();
     let doubt = if rivals.is_empty() {
         String::new()
     } else {
         format!("; these recordings cannot tell {}", rivals.join(", nor "))
     };
-    format!("The model leaves out {}{doubt}.", named.join("; "))
+    format!("The model leaves out {}{doubt}.", named.join("; and "))
 }

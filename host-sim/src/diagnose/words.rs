@@ -73,16 +73,28 @@ pub fn digits(value: f64) -> String {
 }
 
 impl Size {
-    /// "wall conductance a 33.7 ± 0.700 W/K"
+    /// "wall conductance a 33.7 ± 0.9 W/K"
     pub fn spoken(&self) -> String {
         let (words, unit, factor) = spoken_as(&self.parameter);
-        let deviation = self
-            .std
-            .map_or_else(String::new, |std| format!(" ± {}", digits(std * factor)));
-        format!("{words} {}{deviation} {unit}", digits(self.value * factor))
-            .trim_end()
-            .to_owned()
+        let number = match self.std.map(|std| std * factor) {
+            Some(std) if std > 0.0 => with_deviation(self.value * factor, std),
+            _ => digits(self.value * factor),
+        };
+        format!("{words} {number} {unit}").trim().to_owned()
     }
+}
+
+/// A value to the digits that its deviation leaves meaningful: the deviation
+/// with one digit, two if the first is a 1.
+fn with_deviation(value: f64, std: f64) -> String {
+    let magnitude = std.abs().log10().floor();
+    let leading = std / 10f64.powf(magnitude);
+    let decimals = -magnitude + if leading < 1.95 { 1.0 } else { 0.0 };
+    if (0.0..7.0).contains(&decimals.max(0.0)) && value.abs() < 1e6 {
+        let decimals = decimals.max(0.0) as usize;
+        return format!("{value:.decimals$} ± {std:.decimals$}");
+    }
+    format!("{value:.2e} ± {std:.0e}")
 }
 
 /// What an effect is, to somebody who has not met its name.
@@ -157,7 +169,7 @@ pub fn separating(one: &str, other: &str) -> String {
         )
 }
 
-/// "gas-temperature-dynamics at chamber-a and chamber-b (conductance a 33.7 ± 0.7 W/K)".
+/// "gas-temperature-dynamics in chamber a and chamber b (wall conductance ...)".
 pub fn named(candidate: &Candidate, sizes: &[Size]) -> String {
     let spoken: Vec<String> = sizes.iter().map(Size::spoken).collect();
     let sizes = if spoken.is_empty() {
@@ -165,7 +177,40 @@ pub fn named(candidate: &Candidate, sizes: &[Size]) -> String {
     } else {
         format!(" ({})", spoken.join(", "))
     };
-    format!("{}{sizes}", candidate.title())
+    let places: Vec<String> = candidate
+        .places
+        .iter()
+        .map(|place| place_in_words(place))
+        .collect();
+    let form = candidate
+        .form
+        .map(|form| format!(", {form}"))
+        .unwrap_or_default();
+    format!("{}{form}, {}{sizes}", candidate.effect, list(&places))
+}
+
+/// "in chamber a", "in the force balance", "at the sensor of x".
+fn place_in_words(place: &str) -> String {
+    match place {
+        "chamber-a" => "in chamber a".into(),
+        "chamber-b" => "in chamber b".into(),
+        "force-balance" => "in the force balance".into(),
+        "valve-flow" => "in the valve's flow".into(),
+        "valve-command" => "between command and valve".into(),
+        other => match other.strip_prefix("sensor.") {
+            Some(signal) => format!("at the sensor of {signal}"),
+            None => format!("at {other}"),
+        },
+    }
+}
+
+/// "a", "a and b", "a, b and c".
+pub fn list(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
 }
 
 #[cfg(test)]
@@ -180,7 +225,7 @@ mod tests {
             std,
         };
         let volume = size("volume_b_m3", 5.492e-3, Some(1.9e-4));
-        assert_eq!(volume.spoken(), "additional volume b 5.49 ± 0.190 L");
+        assert_eq!(volume.spoken(), "additional volume b 5.49 ± 0.19 L");
         let growth = size("per_mean_pressure_N_Pa", 1.43e-5, None);
         assert_eq!(growth.spoken(), "per mean pressure 1.43 N/bar");
         assert_eq!(size("delay_s", -0.32, None).spoken(), "delay -320 ms");
