@@ -33,7 +33,7 @@ pub(super) fn read_recordings(
 ) -> Result<Vec<Recording>, CommandError> {
     let mut all: Vec<Recording> = Vec::new();
     for path in paths {
-        all.push(Recording::read(path, &rig.signals).map_err(bad_input)?);
+        all.push(read_recording(path, rig)?);
     }
     let short = |path: &PathBuf| {
         let name = path.file_name().unwrap_or(path.as_os_str());
@@ -47,6 +47,35 @@ pub(super) fn read_recordings(
         }
     }
     Ok(all)
+}
+
+/// Reads a recording, or a part of one: `run.csv@0..50` is its first half, in
+/// percent of its rows. A file of that very name goes first.
+fn read_recording(path: &Path, rig: &Rig) -> Result<Recording, CommandError> {
+    let part = path.to_str().filter(|_| !path.exists()).and_then(part_of);
+    let Some((file, from, to)) = part else {
+        return Recording::read(path, &rig.signals).map_err(bad_input);
+    };
+    let whole = Recording::read(file, &rig.signals).map_err(bad_input)?;
+    let row = |percent: f64| (whole.len() as f64 * percent / 100.0).round() as usize;
+    let part = whole.part(row(from)..row(to));
+    if part.len() < 2 {
+        return Err(bad_input(format!(
+            "{}: holds {} of {} rows, expected at least 2",
+            path.display(),
+            part.len(),
+            whole.len()
+        )));
+    }
+    Ok(part)
+}
+
+/// File, first and last percent of `file@from..to`.
+fn part_of(text: &str) -> Option<(&str, f64, f64)> {
+    let (file, part) = text.rsplit_once('@')?;
+    let (from, to) = part.split_once("..")?;
+    let (from, to): (f64, f64) = (from.parse().ok()?, to.parse().ok()?);
+    (0.0 <= from && from < to && to <= 100.0).then_some((file, from, to))
 }
 
 /// The laws that the rig describes and its signals drive; one line where there

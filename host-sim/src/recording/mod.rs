@@ -63,6 +63,22 @@ impl Recording {
         }
     }
 
+    /// The rows of a range; what lies beyond the end is not there.
+    #[must_use]
+    pub fn part(&self, rows: std::ops::Range<usize>) -> Self {
+        let rows = rows.start.min(self.len())..rows.end.min(self.len());
+        Self {
+            time_s: self.time_s[rows.clone()].to_vec(),
+            signals: self
+                .signals
+                .iter()
+                .map(|(name, column)| (name.clone(), column[rows.clone()].to_vec()))
+                .collect(),
+            line: self.line[rows].to_vec(),
+            ..self.clone()
+        }
+    }
+
     /// Every `stride`-th row.
     #[must_use]
     pub fn thinned(&self, stride: usize) -> Self {
