@@ -10,6 +10,7 @@ pub mod identify;
 pub mod inspect;
 pub mod laws;
 pub mod model;
+mod random;
 pub mod recording;
 pub mod report;
 pub mod rig;

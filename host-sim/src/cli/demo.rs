@@ -5,6 +5,7 @@ use super::diagnose::{self, DiagnoseArguments};
 use super::{CommandError, inputs};
 use crate::laws::{Law, Track};
 use crate::model::Values;
+use crate::random::Noise;
 use crate::recording::Recording;
 use crate::rig::Rig;
 use clap::Args;
@@ -141,7 +142,7 @@ fn gas_spring(frequency_hz: f64, seed: u64) -> Result<String, CommandError> {
     let mut text = String::from(
         "#time(s) Pos(in) Spd(in/s) UpperSpringPressure(psia) LowerSpringPressure(psia)\n",
     );
-    let mut noise = Noise(seed);
+    let mut noise = Noise::new(seed, 0);
     let motion = track.motion.as_ref();
     let mut write = |row: usize, outputs: &[f64], _: &[f64]| {
         let speed = motion.map_or(0.0, |motion| motion.velocity_m_per_s[row]);
@@ -152,29 +153,11 @@ fn gas_spring(frequency_hz: f64, seed: u64) -> Result<String, CommandError> {
             recording.time_s[row],
             x[row] / 0.0254,
             speed / 0.0254,
-            (outputs[0] + 140.0 * noise.next()) / 6894.757,
-            (outputs[1] + 140.0 * noise.next()) / 6894.757,
+            (outputs[0] + 140.0 * noise.normal()) / 6894.757,
+            (outputs[1] + 140.0 * noise.normal()) / 6894.757,
         );
     };
     let start = [6e5, 9e5, 293.15, 293.15];
     Law::Chambers.predict(&values, &track, 0..recording.len(), &start, &mut write);
     Ok(text)
-}
-
-/// Roughly normal noise: the sum of twelve uniform numbers less six, from a
-/// linear congruential sequence. It need not be better for a demonstration.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        let mut sum = -6.0;
-        for _ in 0..12 {
-            self.0 = self
-                .0
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            sum += (self.0 >> 11) as f64 / (1u64 << 53) as f64;
-        }
-        sum
-    }
 }

@@ -5,7 +5,7 @@ use super::candidates::Candidate;
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
 use crate::fit::{NoiseVariance, Options, Parameter, solve};
-use crate::laws::{Law, Track, white_noise};
+use crate::laws::{Law, Track};
 use crate::rig::Rig;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -73,7 +73,7 @@ impl<'a> Bench<'a> {
             tracks,
             ordinary: super::candidates::ordinary(law, rig),
             candidates: Vec::new(),
-            noise: noise_floor(law, rig, tracks),
+            noise: super::noise::of_outputs(law, rig, tracks),
             folds: Folds::of(&lengths),
             work: AtomicUsize::new(0),
         }
@@ -275,6 +275,25 @@ impl<'a> Bench<'a> {
         all
     }
 
+    /// Predictions of a fitted model for other tracks of the same recordings.
+    pub fn predicted_on(&self, fitted: &Fitted, tracks: &[Track<'_>]) -> Vec<Columns> {
+        let (rig, free, sigma) = (
+            self.switched(&fitted.set),
+            self.free(&fitted.set),
+            self.spread(),
+        );
+        let problem = LawProblem {
+            law: self.law,
+            rig: &rig,
+            tracks,
+            free: &free,
+            sigma: &sigma,
+            left_out: None,
+        };
+        let predicted = problem.predict(&fitted.values).into_iter();
+        predicted.map(|(columns, _)| columns).collect()
+    }
+
     /// Residuals of a fitted model.
     pub fn residuals_of(&self, fitted: &Fitted) -> Vec<Vec<Vec<f64>>> {
         let (rig, free, sigma) = (
@@ -405,29 +424,6 @@ pub fn parallel<T: Sync, U: Send>(jobs: &[T], work: impl Fn(&T) -> U + Sync) -> 
 fn take(next: &AtomicUsize, count: usize) -> Option<usize> {
     let index = next.fetch_add(1, Ordering::Relaxed);
     (index < count).then_some(index)
-}
-
-/// Noise of each output: as the rig declares it, with the sensor's resolution;
-/// where it does not, what the recordings show between neighbouring rows.
-///
-/// The estimate is an upper bound: a signal that moves within a row (a stem at
-/// 1 Hz) looks like noise to it.
-fn noise_floor(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
-    law.outputs(rig)
-        .iter()
-        .map(|output| {
-            let signal = rig.signals.get(output.signal);
-            let step = signal.and_then(|signal| signal.resolution).unwrap_or(0.0) / 12.0_f64.sqrt();
-            let noise = signal.and_then(|signal| signal.noise).unwrap_or_else(|| {
-                tracks
-                    .iter()
-                    .filter_map(|track| track.recording.signal(output.signal))
-                    .map(white_noise)
-                    .fold(0.0, f64::max)
-            });
-            noise.hypot(step).max(1e-12)
-        })
-        .collect()
 }
 
 /// Integrated autocorrelation time of residuals, in rows: how many rows count

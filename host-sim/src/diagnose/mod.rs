@@ -16,6 +16,7 @@ pub mod candidates;
 pub mod fitted;
 pub mod knowability;
 pub mod locate;
+mod noise;
 mod phrase;
 pub mod proof;
 pub mod search;
@@ -181,6 +182,7 @@ fn diagnose_law(
     let thin_tracks: Vec<Track<'_>> = thinned.iter().map(Track::new).collect();
     let mut bench = Bench::new(law, rig, &thin_tracks);
     let baseline = search::baseline(&bench)?;
+    bench.noise = noise::floor(&bench, &baseline);
     bench.candidates = candidates(law, rig, &thin_tracks, baseline.mean_square[0].sqrt());
     let screened = knowability::screen(law, &thin_tracks, &mut bench.candidates);
     let outcome = if worth_a_search(&bench, &baseline) {
@@ -194,6 +196,7 @@ fn diagnose_law(
     let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
     let mut full = Bench::new(law, rig, &tracks);
     full.candidates.clone_from(&bench.candidates);
+    full.noise.clone_from(&bench.noise);
     let baseline = full.fit(&[], Some(&outcome.baseline))?;
     let improved = full.fit(&outcome.improved.set, Some(&outcome.improved))?;
     let frozen = vec![

@@ -15,7 +15,6 @@
 //! the friction begin relaxed, also under an initial velocity.
 
 mod page;
-mod random;
 mod sensors;
 
 pub use page::page;

@@ -8,8 +8,8 @@
 
 use std::io::{self, Write};
 
-use super::random::Noise;
 use super::{Sample, Simulation, error, values};
+use crate::random::Noise;
 use crate::report::number::Rounding;
 use crate::rig::{Column, RigError, Signal};
 use crate::scenario::Scenario;

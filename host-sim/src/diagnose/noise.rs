@@ -1,0 +1,91 @@
+//! The noise floor: what a perfect model would still miss.
+//!
+//! Two parts, added in energy: the noise of the predicted signal itself, and
+//! what the noise of the recorded inputs does to the prediction. The second is
+//! found by adding one more draw of that noise to the inputs: what it changes
+//! has the energy of what the recorded draw has done. A position predicted over
+//! a window from a noisy starting velocity is off by tenths of a millimetre
+//! whatever the model; its sensor alone says micrometres.
+
+use super::fitted::{Bench, Fitted};
+use crate::laws::{Law, Track, white_noise};
+use crate::random::Noise;
+use crate::recording::Recording;
+use crate::rig::{Rig, Signal};
+
+/// Seed of the added draw: any; the energy of thousands of rows does not
+/// depend on it.
+const SEED: u64 = 1;
+
+/// Noise of each output, as the rig declares it, with the sensor's resolution;
+/// where it does not, what the recordings show between neighbouring rows.
+///
+/// The estimate is an upper bound: a signal that moves within a row (a stem at
+/// 1 Hz) looks like noise to it.
+pub fn of_outputs(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
+    law.outputs(rig)
+        .iter()
+        .map(|output| {
+            let signal = rig.signals.get(output.signal);
+            let declared = signal.and_then(declared).unwrap_or_else(|| {
+                let columns = tracks
+                    .iter()
+                    .filter_map(|track| track.recording.signal(output.signal));
+                columns.map(white_noise).fold(0.0, f64::max)
+            });
+            declared.max(1e-12)
+        })
+        .collect()
+}
+
+/// Declared noise with the quantisation error, SI.
+fn declared(signal: &Signal) -> Option<f64> {
+    let step = signal.resolution.unwrap_or(0.0) / 12.0_f64.sqrt();
+    signal.noise.map(|noise| noise.hypot(step))
+}
+
+/// The noise floor of each output, inputs included.
+pub fn floor(bench: &Bench<'_>, model: &Fitted) -> Vec<f64> {
+    let shaken: Vec<Recording> = bench
+        .tracks
+        .iter()
+        .enumerate()
+        .map(|(stream, track)| shaken(bench.rig, track.recording, stream))
+        .collect();
+    let tracks: Vec<Track<'_>> = shaken.iter().map(Track::new).collect();
+    let still = bench.predicted_on(model, bench.tracks);
+    let moved = bench.predicted_on(model, &tracks);
+    let own = of_outputs(bench.law, bench.rig, bench.tracks);
+    own.iter()
+        .enumerate()
+        .map(|(output, &own)| {
+            let pairs = still.iter().zip(&moved);
+            let (mut sum, mut rows) = (0.0, 0_usize);
+            for (still, moved) in pairs {
+                for (a, b) in still[output].iter().zip(&moved[output]) {
+                    let square = (a - b).powi(2);
+                    if square.is_finite() {
+                        sum += square;
+                        rows += 1;
+                    }
+                }
+            }
+            own.hypot((sum / rows.max(1) as f64).sqrt())
+        })
+        .collect()
+}
+
+/// The recording with one more draw of every signal's declared noise.
+fn shaken(rig: &Rig, recording: &Recording, stream: usize) -> Recording {
+    let mut shaken = recording.clone();
+    for (place, (name, column)) in shaken.signals.iter_mut().enumerate() {
+        let Some(noise) = rig.signals.get(name).and_then(declared) else {
+            continue;
+        };
+        let mut draw = Noise::new(SEED, (place + 100 * stream) as u64);
+        for value in column {
+            *value += noise * draw.normal();
+        }
+    }
+    shaken
+}
