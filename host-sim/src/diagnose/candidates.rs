@@ -125,8 +125,10 @@ pub fn ordinary_parameter(rig: &Rig, key: &str) -> Option<FreeParameter> {
     })
 }
 
-/// Quantities that are positive by nature stay positive; otherwise ten
-/// standard deviations, far beyond what the prior lets the data reach.
+/// Quantities that are positive by nature stay positive and may be off by a
+/// factor of 20 (an engineer's standard deviation may itself be wrong: a heat
+/// transfer five times the one typed, at 25 %, has been met); the others by ten
+/// standard deviations. The prior does the rest.
 fn ordinary_bounds(key: &str, mean: f64, standard_deviation: f64) -> (f64, f64) {
     let reach = 10.0 * standard_deviation;
     let signed = key.ends_with("_V") && !key.ends_with("opening_V")
@@ -137,7 +139,7 @@ fn ordinary_bounds(key: &str, mean: f64, standard_deviation: f64) -> (f64, f64) 
     } else if signed || mean <= 0.0 {
         (mean - reach, mean + reach)
     } else {
-        ((mean - reach).max(0.02 * mean), mean + reach)
+        (0.02 * mean, (mean + reach).max(20.0 * mean))
     }
 }
 

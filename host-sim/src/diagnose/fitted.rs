@@ -61,7 +61,7 @@ pub struct Fitted {
 /// Enough to see which start leads down.
 const PILOT_ITERATIONS: usize = 6;
 /// Enough to tell sets apart; the winner is polished afterwards.
-const SEARCH_ITERATIONS: usize = 40;
+const SEARCH_ITERATIONS: usize = 200;
 
 impl<'a> Bench<'a> {
     /// Puts law, rig and recordings on the bench.
