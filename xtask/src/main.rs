@@ -6,6 +6,7 @@
 //! - `checks`: the steps of CI and their summary
 //! - `lint`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
+//! - `evidence`: the diagnoses of the real recordings and their generated table
 //! - `size`: flash and memory of a firmware image
 //! - `demo`: the demonstration report
 
@@ -14,6 +15,7 @@ mod checks;
 mod chip;
 mod demo;
 mod estimates;
+mod evidence;
 mod lint;
 mod setup;
 mod shell;
@@ -31,6 +33,7 @@ cargo xtask <task>
   demo                    setup, then the demonstration; its report lands in out/demo
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
         [--table-only]    write it from the last run
+  evidence                diagnose the real recordings, write docs/evidence.md
   size [IMAGE]            flash and memory of a firmware image (ELF)
 
 steps of ci that can be repeated alone:
@@ -64,6 +67,7 @@ fn run(arguments: &[String]) -> Outcome {
         ("lint", []) => lint::run(),
         ("chip", []) => checks::chip(),
         ("demo", []) => demo::run(),
+        ("evidence", []) => evidence::run(),
         ("bench", options) => bench::run(options),
         ("size", images) => size::run(images),
         _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),
