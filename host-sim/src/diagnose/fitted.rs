@@ -166,10 +166,7 @@ impl<'a> Bench<'a> {
             values: fit.values,
             standard_deviations: fit.standard_deviations.iter().map(deviation).collect(),
             at_bound: fit.at_bound,
-            shared: free
-                .iter()
-                .filter(|free| free.scope == Scope::Shared)
-                .count(),
+            shared: shared_count(&free),
             mean_square,
         };
         Some((fit.cost, fitted))
@@ -277,54 +274,42 @@ impl<'a> Bench<'a> {
 
     /// Predictions of a fitted model for other tracks of the same recordings.
     pub fn predicted_on(&self, fitted: &Fitted, tracks: &[Track<'_>]) -> Vec<Columns> {
-        let (rig, free, sigma) = (
-            self.switched(&fitted.set),
-            self.free(&fitted.set),
-            self.spread(),
-        );
-        let problem = LawProblem {
+        self.with_problem(&fitted.set, tracks, |problem| {
+            let predicted = problem.predict(&fitted.values).into_iter();
+            predicted.map(|(columns, _)| columns).collect()
+        })
+    }
+
+    /// Residuals of a fitted model.
+    pub fn residuals_of(&self, fitted: &Fitted) -> Vec<Vec<Vec<f64>>> {
+        self.with_problem(&fitted.set, self.tracks, |problem| {
+            self.residuals(problem, &fitted.values)
+        })
+    }
+
+    /// Hands out the law with a set of effects, on some tracks, unfitted.
+    fn with_problem<T>(
+        &self,
+        set: &[usize],
+        tracks: &[Track<'_>],
+        work: impl FnOnce(&LawProblem<'_>) -> T,
+    ) -> T {
+        let (rig, free, sigma) = (self.switched(set), self.free(set), self.spread());
+        work(&LawProblem {
             law: self.law,
             rig: &rig,
             tracks,
             free: &free,
             sigma: &sigma,
             left_out: None,
-        };
-        let predicted = problem.predict(&fitted.values).into_iter();
-        predicted.map(|(columns, _)| columns).collect()
-    }
-
-    /// Residuals of a fitted model.
-    pub fn residuals_of(&self, fitted: &Fitted) -> Vec<Vec<Vec<f64>>> {
-        let (rig, free, sigma) = (
-            self.switched(&fitted.set),
-            self.free(&fitted.set),
-            self.spread(),
-        );
-        let problem = LawProblem {
-            law: self.law,
-            rig: &rig,
-            tracks: self.tracks,
-            free: &free,
-            sigma: &sigma,
-            left_out: None,
-        };
-        self.residuals(&problem, &fitted.values)
+        })
     }
 
     /// The same model with some of its effects switched off and nothing refitted.
     pub fn restricted(&self, fitted: &Fitted, set: &[usize]) -> Fitted {
-        let (rig, free, sigma) = (self.switched(set), self.free(set), self.spread());
-        let problem = LawProblem {
-            law: self.law,
-            rig: &rig,
-            tracks: self.tracks,
-            free: &free,
-            sigma: &sigma,
-            left_out: None,
-        };
-        let names = problem.names();
-        let starts = problem.parameters();
+        let (names, starts) = self.with_problem(set, self.tracks, |problem| {
+            (problem.names(), problem.parameters())
+        });
         let values = names.iter().zip(&starts);
         Fitted {
             set: set.to_vec(),
@@ -333,10 +318,7 @@ impl<'a> Bench<'a> {
                 .collect(),
             standard_deviations: vec![None; names.len()],
             at_bound: vec![false; names.len()],
-            shared: free
-                .iter()
-                .filter(|free| free.scope == Scope::Shared)
-                .count(),
+            shared: shared_count(&self.free(set)),
             mean_square: fitted.mean_square.clone(),
             names,
         }
@@ -381,6 +363,11 @@ impl<'a> Bench<'a> {
         }
         sum / count.max(1) as f64
     }
+}
+
+fn shared_count(free: &[FreeParameter]) -> usize {
+    let shared = free.iter().filter(|free| free.scope == Scope::Shared);
+    shared.count()
 }
 
 impl Fitted {
