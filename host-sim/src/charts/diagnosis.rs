@@ -36,7 +36,14 @@ impl Shown {
         };
         match rig.signals.get(output.signal) {
             Some(signal) if signal.scale.is_none() => Self {
-                unit: signal.unit.as_str().into(),
+                // An error has no zero: it is neither absolute nor gauge.
+                unit: signal
+                    .unit
+                    .as_str()
+                    .split('(')
+                    .next()
+                    .unwrap_or_default()
+                    .into(),
                 per_si: 1.0 / signal.unit.factor(),
             },
             _ => si,
@@ -48,7 +55,7 @@ impl Shown {
 pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Provenance) -> Page {
     let verdict = &diagnosis.verdict;
     let mut page = Page::new(title);
-    page.lead(verdict.sentence.clone());
+    page.lead(lead(verdict));
     tiles(&mut page, rig, diagnosis);
     page.section("Where the misfit sits", |section| {
         where_it_sits(section, rig, diagnosis)
@@ -67,6 +74,23 @@ pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Proven
     let fits: usize = diagnosis.laws.iter().map(|law| law.fits).sum();
     page.provenance(how.fact("models fitted", fits));
     page
+}
+
+/// The sentence; where effects are named, without their sizes, which follow in
+/// a table.
+fn lead(verdict: &Verdict) -> String {
+    if verdict.effects.is_empty() {
+        return verdict.sentence.clone();
+    }
+    let named: Vec<String> = verdict
+        .effects
+        .iter()
+        .map(|effect| {
+            let places: Vec<&str> = effect.places.iter().map(String::as_str).collect();
+            words::effect_at_places(&effect.effect, effect.form.as_deref(), &places)
+        })
+        .collect();
+    format!("The model leaves out {}.", words::list(&named))
 }
 
 fn kind_word(verdict: &Verdict) -> String {

@@ -45,7 +45,7 @@ pub struct DemoArguments {
 /// If something cannot be written.
 pub fn run(arguments: &DemoArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     fs::create_dir_all(&arguments.out)?;
-    let rig_path = arguments.out.join("rig.toml");
+    let rig_path = arguments.out.join("gas-cylinder.toml");
     inputs::write_text(&rig_path, RIG)?;
     let (train, held_out) = match real_recordings() {
         Some(pair) => {

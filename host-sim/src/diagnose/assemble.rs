@@ -541,5 +541,5 @@ fn named_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String
     } else {
         format!("; these recordings cannot tell {}", rivals.join(", nor "))
     };
-    format!("The model leaves out {}{doubt}.", named.join("; and "))
+    format!("The model leaves out {}{doubt}.", words::list(&named))
 }

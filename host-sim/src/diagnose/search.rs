@@ -8,10 +8,15 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use crate::laws::Track;
+
 use super::fitted::{Bench, Fitted, Set, parallel};
 
-/// Sets kept at each size.
+/// Sets kept at each size ...
 const BEAM_WIDTH: usize = 3;
+/// ... and on recordings of more rows than this, where a fit takes seconds.
+const BEAM_WIDTH_LONG: usize = 1;
+const LONG_ROWS: usize = 15_000;
 /// Largest set tried.
 const LARGEST_SET: usize = 4;
 /// Growing stops when the best set of a size is not better than the best
@@ -305,7 +310,12 @@ impl<'a> Judge<'a> {
     fn best(&self, mut models: Vec<Fitted>) -> Vec<Fitted> {
         models.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
         models.dedup_by(|a, b| a.set == b.set);
-        models.truncate(BEAM_WIDTH);
+        let rows: usize = self.bench.tracks.iter().map(Track::len).sum();
+        models.truncate(if rows > LONG_ROWS {
+            BEAM_WIDTH_LONG
+        } else {
+            BEAM_WIDTH
+        });
         models
     }
 

@@ -169,7 +169,19 @@ pub fn separating(one: &str, other: &str) -> String {
         )
 }
 
-/// "gas-temperature-dynamics in chamber a and chamber b (wall conductance ...)".
+/// "gas temperature dynamics in both chambers".
+pub fn effect_at_places(effect: &str, form: Option<&str>, places: &[&str]) -> String {
+    let form = form.map(|form| format!(" ({form})")).unwrap_or_default();
+    let places = if places == ["chamber-a", "chamber-b"] {
+        "in both chambers".into()
+    } else {
+        let places: Vec<String> = places.iter().map(|place| place_in_words(place)).collect();
+        list(&places)
+    };
+    format!("{}{form} {places}", effect.replace('-', " "))
+}
+
+/// The same with its sizes: "dead volume in chamber b (additional volume b 5.5 ± 0.2 L)".
 pub fn named(candidate: &Candidate, sizes: &[Size]) -> String {
     let spoken: Vec<String> = sizes.iter().map(Size::spoken).collect();
     let sizes = if spoken.is_empty() {
@@ -177,16 +189,8 @@ pub fn named(candidate: &Candidate, sizes: &[Size]) -> String {
     } else {
         format!(" ({})", spoken.join(", "))
     };
-    let places: Vec<String> = candidate
-        .places
-        .iter()
-        .map(|place| place_in_words(place))
-        .collect();
-    let form = candidate
-        .form
-        .map(|form| format!(", {form}"))
-        .unwrap_or_default();
-    format!("{}{form}, {}{sizes}", candidate.effect, list(&places))
+    let what = effect_at_places(candidate.effect, candidate.form, &candidate.places);
+    format!("{what}{sizes}")
 }
 
 /// "in chamber a", "in the force balance", "at the sensor of x".
