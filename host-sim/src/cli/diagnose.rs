@@ -44,6 +44,7 @@ pub struct DiagnoseArguments {
 /// If the rig or a recording cannot be used, or an output not written.
 pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     let started = Instant::now();
+    check(arguments)?;
     let rig = inputs::read_rig(&arguments.rig)?;
     let train = inputs::read_recordings(&arguments.train, &rig)?;
     let progress = inputs::spinner();
@@ -66,6 +67,19 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
     summary(&diagnosis, out)?;
     writeln!(out, "{:.1} s", started.elapsed().as_secs_f64())?;
     Ok(())
+}
+
+fn check(arguments: &DiagnoseArguments) -> Result<(), CommandError> {
+    let files: Vec<&PathBuf> = std::iter::once(&arguments.rig)
+        .chain(&arguments.train)
+        .chain(&arguments.held_out)
+        .collect();
+    let outputs: Vec<&PathBuf> = [&arguments.json, &arguments.report, &arguments.improved_rig]
+        .into_iter()
+        .flatten()
+        .collect();
+    inputs::check_outputs(&files, &outputs)?;
+    inputs::check_apart(&arguments.train, &arguments.held_out)
 }
 
 fn page(arguments: &DiagnoseArguments, rig: &Rig, diagnosis: &Diagnosis) -> Page {
@@ -160,6 +174,9 @@ fn improvement(verdict: &Verdict) -> String {
             words::digits(*after)
         )
     };
+    if improved.is_empty() {
+        return "nothing was fitted".into();
+    }
     let lines: Vec<String> = improved.iter().map(line).collect();
     let which = if held {
         "held out"
@@ -175,6 +192,8 @@ fn default_next(kind: Kind) -> &'static str {
         Kind::Unknown => {
             "Record the same motion at other speeds and pressures: the shape of the missing term will tell."
         }
-        _ => "Nothing more is needed for this verdict.",
+        _ => {
+            "Nothing is needed for this verdict; a recording at other speeds and pressures would test it further."
+        }
     }
 }

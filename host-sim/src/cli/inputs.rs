@@ -49,33 +49,81 @@ pub(super) fn read_recordings(
     Ok(all)
 }
 
+/// Fewer rows than this say nothing of any law.
+const LEAST_ROWS: usize = 30;
+
 /// Reads a recording, or a part of one: `run.csv@0..50` is its first half, in
 /// percent of its rows. A file of that very name goes first.
-fn read_recording(path: &Path, rig: &Rig) -> Result<Recording, CommandError> {
-    let part = path.to_str().filter(|_| !path.exists()).and_then(part_of);
-    let Some((file, from, to)) = part else {
-        return Recording::read(path, &rig.signals).map_err(bad_input);
+pub(super) fn read_recording(path: &Path, rig: &Rig) -> Result<Recording, CommandError> {
+    let text = path.to_string_lossy();
+    let recording = match text.rsplit_once('@').filter(|_| !path.exists()) {
+        None => Recording::read(path, &rig.signals).map_err(bad_input)?,
+        Some((file, part)) => {
+            let Some((from, to)) = percentages(part) else {
+                return Err(bad_input(format!(
+                    "{}: expected a part such as @0..50, rising percentages of the rows from 0 to 100",
+                    file_name(&text)
+                )));
+            };
+            let whole = Recording::read(file, &rig.signals).map_err(bad_input)?;
+            let row = |percent: f64| (whole.len() as f64 * percent / 100.0).round() as usize;
+            whole.part(row(from)..row(to))
+        }
     };
-    let whole = Recording::read(file, &rig.signals).map_err(bad_input)?;
-    let row = |percent: f64| (whole.len() as f64 * percent / 100.0).round() as usize;
-    let part = whole.part(row(from)..row(to));
-    if part.len() < 2 {
+    if recording.len() < LEAST_ROWS {
         return Err(bad_input(format!(
-            "{}: holds {} of {} rows, expected at least 2",
-            path.display(),
-            part.len(),
-            whole.len()
+            "{}: holds {} rows, expected at least {LEAST_ROWS}",
+            file_name(&text),
+            recording.len()
         )));
     }
-    Ok(part)
+    Ok(recording)
 }
 
-/// File, first and last percent of `file@from..to`.
-fn part_of(text: &str) -> Option<(&str, f64, f64)> {
-    let (file, part) = text.rsplit_once('@')?;
+/// First and last percent of `from..to`.
+fn percentages(part: &str) -> Option<(f64, f64)> {
     let (from, to) = part.split_once("..")?;
     let (from, to): (f64, f64) = (from.parse().ok()?, to.parse().ok()?);
-    (0.0 <= from && from < to && to <= 100.0).then_some((file, from, to))
+    (0.0 <= from && from < to && to <= 100.0).then_some((from, to))
+}
+
+/// Refuses to write over an input or over another output, or over what is no
+/// regular file, before any work is done.
+pub(super) fn check_outputs(inputs: &[&PathBuf], outputs: &[&PathBuf]) -> Result<(), CommandError> {
+    let same = |a: &Path, b: &Path| match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    };
+    for (place, output) in outputs.iter().enumerate() {
+        let shown = file_name(&output.display().to_string());
+        if inputs.iter().any(|input| same(input, output)) {
+            return Err(bad_input(format!(
+                "{shown}: is an input, expected another file to write to"
+            )));
+        }
+        if outputs[..place].iter().any(|other| same(other, output)) {
+            return Err(bad_input(format!(
+                "{shown}: is to hold two outputs, expected a file for each"
+            )));
+        }
+        if output.exists() && !output.is_file() {
+            return Err(bad_input(format!(
+                "{shown}: is no regular file, expected one to write to"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a recording that is to teach and to judge.
+pub(super) fn check_apart(train: &[PathBuf], held_out: &[PathBuf]) -> Result<(), CommandError> {
+    match held_out.iter().find(|path| train.contains(path)) {
+        Some(path) => Err(bad_input(format!(
+            "{}: is both training and held out, expected different recordings",
+            file_name(&path.display().to_string())
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// The laws that the rig describes and its signals drive; one line where there

@@ -47,8 +47,11 @@ pub fn verdict(
     let effects = effects(laws);
     let alternatives = alternatives(laws);
     let unknown_term = unknown_term(laws);
-    let kind = kind(laws, faults, &alternatives, unknown_term.is_some());
+    let fit = fit(rig, laws, train, held_out);
+    let unsolved = unknown_term.is_some() || is_refuted(rig, laws, &fit);
+    let kind = kind(laws, faults, &alternatives, unsolved);
     let located = located(laws);
+    let notes = notes(rig, laws, &fit);
     Verdict {
         format: "verdict/1",
         verdict: kind,
@@ -60,9 +63,9 @@ pub fn verdict(
         alternatives,
         not_observable: not_observable(laws),
         unknown_term,
-        fit: fit(rig, laws, train, held_out),
+        fit,
         parameters: parameters(rig, laws),
-        notes: notes(laws),
+        notes,
         seconds: laws.iter().map(|law| law.seconds).sum(),
     }
 }
@@ -416,8 +419,44 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
     all
 }
 
-fn notes(laws: &[LawDiagnosis]) -> Vec<String> {
+/// What the held-out data say against the improved model, and what it leaves.
+fn proof_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String> {
+    let mut notes = Vec::new();
+    for law in laws.iter().filter(|law| !law.improved.set.is_empty()) {
+        for output in law.law.outputs(rig) {
+            let of = |figures: &FitFigures| figures.free_run_held_out.get(output.signal).copied();
+            let (Some(before), Some(after), Some(noise)) =
+                (of(&fit.refitted), of(&fit.improved), of(&fit.noise_floor))
+            else {
+                continue;
+            };
+            if after > 1.02 * before {
+                notes.push(format!(
+                    "refuted on held-out data: {} is predicted worse with the named effects than without; do not use the improved rig",
+                    output.signal
+                ));
+            } else if after > 2.0 * noise {
+                notes.push(format!(
+                    "{}: {:.0} times the noise floor is still unexplained on held-out data",
+                    output.signal,
+                    after / noise
+                ));
+            }
+        }
+    }
+    notes
+}
+
+/// Whether held-out data are predicted worse with the named effects.
+fn is_refuted(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> bool {
+    proof_notes(rig, laws, fit)
+        .iter()
+        .any(|note| note.starts_with("refuted"))
+}
+
+fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String> {
     let mut notes: Vec<String> = laws.iter().flat_map(|law| law.screened.clone()).collect();
+    notes.extend(proof_notes(rig, laws, fit));
     for law in laws {
         for &index in &law.improved.set {
             let candidate = &law.candidates[index];
@@ -489,12 +528,19 @@ fn sentence(
             let text = first.map_or_else(String::new, |(name, fault)| {
                 format!("{name}: {}", fault.sentence)
             });
-            format!("The recordings are at fault: {text}{more}.")
+            format!(
+                "The recordings are at fault: {}{more}.",
+                text.trim_end_matches('.')
+            )
         }
         Kind::NotObservable => {
             "These signals drive no law of this rig: nothing can be said of its physics.".into()
         }
         Kind::NothingMissing => nothing_missing(laws),
+        Kind::Unknown if laws.iter().any(|law| !law.improved.set.is_empty()) => format!(
+            "The held-out data refute what the training data suggest: {}",
+            named_sentence(laws, alternatives)
+        ),
         Kind::Unknown => unknown_sentence(located),
         Kind::Named | Kind::Ambiguous => named_sentence(laws, alternatives),
     }

@@ -6,7 +6,7 @@
 //! 2. each law that the rig describes and the signals drive is fitted with its
 //!    ordinary parameters ([`fitted`]): the honest baseline;
 //! 3. where the misfit sits ([`locate`]);
-//! 4. effects are put in, one set after another ([`candidates`], [`search`]),
+//! 4. effects are put in, one set after another ([`mod@candidates`], [`search`]),
 //!    and judged by data that were left out of the fit;
 //! 5. every parameter is frozen, the held-out recordings are read for the first
 //!    time, and the models are compared on them ([`proof`]);

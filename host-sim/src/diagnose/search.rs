@@ -8,7 +8,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::laws::Track;
+use crate::laws::{Track, median_step_s};
 
 use super::fitted::{Bench, Fitted, Set, parallel};
 
@@ -90,7 +90,7 @@ impl Evidence {
         }
         let (better, folds) = self.folds_better;
         Some(if self.at_bound {
-            "its fitted size is nought or at a bound".into()
+            "its fitted size is nought, at a bound or within what sampling does".into()
         } else if self.ratio >= 1.0 {
             format!(
                 "data left out of the fit are predicted no better ({:+.1} %)",
@@ -423,7 +423,7 @@ impl<'a> Judge<'a> {
             .filter(|(mine, theirs)| mine < theirs)
             .count();
         let folds = mine[helped].len();
-        let at_bound = self.stands_on_bound(with, candidate);
+        let at_bound = self.stands_on_bound(with, candidate) || self.is_sampling(with, candidate);
         let gain = log_gain(&mine[helped], &theirs[helped]);
         let accepted = !at_bound
             && gain > 0.0
@@ -439,6 +439,22 @@ impl<'a> Judge<'a> {
             at_bound,
             accepted,
         }
+    }
+
+    /// Whether a time skew is no more than the order in which a logger reads its
+    /// channels: a row and a half.
+    fn is_sampling(&self, model: &Fitted, candidate: usize) -> bool {
+        if self.bench.candidates[candidate].effect != "position-time-skew" {
+            return false;
+        }
+        let rows = self.bench.tracks.iter();
+        let row_s = rows
+            .map(|track| median_step_s(&track.recording.time_s))
+            .fold(0.0, f64::max);
+        let skews = model.names.iter().zip(&model.values);
+        skews
+            .filter(|(name, _)| name.contains("position-time-skew"))
+            .all(|(_, skew)| skew.abs() < 1.5 * row_s)
     }
 
     /// Whether every parameter of the effect stands on a bound.
@@ -480,8 +496,12 @@ fn probability(with: &[f64], without: &[f64], accepted: bool, share: f64) -> f64
         .sum::<f64>()
         / (count - 1.0);
     let deviation = (spread / count).sqrt().max(1e-9);
-    let chance = StudentsT::new(0.0, 1.0, (count - 1.0).max(1.0))
-        .map_or(0.5, |distribution| distribution.cdf(average / deviation));
+    let statistic = average / deviation;
+    let chance = match StudentsT::new(0.0, 1.0, (count - 1.0).max(1.0)) {
+        Ok(distribution) if statistic.is_finite() => distribution.cdf(statistic),
+        // Folds without rows or without error say nothing.
+        _ => 0.5,
+    };
     let material = if accepted {
         1.0
     } else {
