@@ -27,10 +27,12 @@
 pub mod axis;
 pub mod carriage;
 pub mod chamber;
+pub mod controller;
 pub mod friction;
 pub mod gas;
 pub mod left_out;
 pub mod math;
 pub mod paper;
 pub mod real;
+pub mod reference;
 pub mod valve;

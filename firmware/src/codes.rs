@@ -1,0 +1,179 @@
+//! Converter codes to SI units and back.
+//!
+//! Codes are 16-bit full scale whatever the converter behind. The scales are
+//! those of the link between controller and plant, and the board's analogue
+//! front ends are dimensioned for them.
+
+use model_core::controller::Measurements;
+
+/// A converter's code, 0..=65535 over its full scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AdcCode(pub u16);
+
+/// The code that a converter gives when its conversion failed.
+pub const FAILED_CONVERSION: AdcCode = AdcCode(0xFFFF);
+
+/// A code for the valve's converter, 0..=65535 for 0..10 V.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DacCode(pub u16);
+
+/// The codes of one tick, in the order of the link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AdcCodes {
+    /// Position.
+    pub position: AdcCode,
+    /// Pressure of chamber a.
+    pub pressure_a: AdcCode,
+    /// Pressure of chamber b.
+    pub pressure_b: AdcCode,
+    /// Supply pressure.
+    pub supply_pressure: AdcCode,
+    /// Velocity.
+    pub velocity: AdcCode,
+}
+
+/// A linear scale from code 0 to code 65535.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Value at code 0.
+    pub lowest: f32,
+    /// Value at code 65535.
+    pub highest: f32,
+}
+
+/// Position: a stroke of 0.5 m about mid-stroke.
+pub const POSITION_M: Scale = Scale::new(-0.25, 0.25);
+/// Pressures, absolute.
+pub const PRESSURE_PA: Scale = Scale::new(0.0, 1e6);
+/// Velocity.
+pub const VELOCITY_M_PER_S: Scale = Scale::new(-2.0, 2.0);
+/// The valve's input.
+pub const COMMAND_V: Scale = Scale::new(0.0, 10.0);
+
+const FULL_SCALE: f32 = 65_535.0;
+/// Codes between the steps of a 12-bit converter, which ignores the low 4 bits.
+const CODES_PER_12_BIT_STEP: u16 = 16;
+
+impl Scale {
+    /// A scale between the values of the lowest and the highest code.
+    pub const fn new(lowest: f32, highest: f32) -> Self {
+        Self { lowest, highest }
+    }
+
+    /// The value of a code.
+    #[inline]
+    pub fn value(&self, code: u16) -> f32 {
+        self.lowest + (self.highest - self.lowest) * (1.0 / FULL_SCALE) * f32::from(code)
+    }
+
+    /// The place of a value on the scale, 0..=65535, fractions kept; a value
+    /// beyond the scale gives its end, NaN gives NaN.
+    #[inline]
+    pub fn place(&self, value: f32) -> f32 {
+        let place = (value - self.lowest) * (FULL_SCALE / (self.highest - self.lowest));
+        place.clamp(0.0, FULL_SCALE)
+    }
+}
+
+impl AdcCodes {
+    /// The five codes in the order of the link.
+    pub fn from_array(codes: [u16; 5]) -> Self {
+        let [position, pressure_a, pressure_b, supply_pressure, velocity] = codes.map(AdcCode);
+        Self {
+            position,
+            pressure_a,
+            pressure_b,
+            supply_pressure,
+            velocity,
+        }
+    }
+
+    /// The five codes in the order of the link.
+    pub fn to_array(self) -> [u16; 5] {
+        [
+            self.position.0,
+            self.pressure_a.0,
+            self.pressure_b.0,
+            self.supply_pressure.0,
+            self.velocity.0,
+        ]
+    }
+
+    /// What the codes mean.
+    #[inline]
+    pub fn measurements(&self) -> Measurements<f32> {
+        Measurements {
+            position_m: POSITION_M.value(self.position.0),
+            velocity_m_per_s: VELOCITY_M_PER_S.value(self.velocity.0),
+            pressure_a_pa: PRESSURE_PA.value(self.pressure_a.0),
+            pressure_b_pa: PRESSURE_PA.value(self.pressure_b.0),
+            supply_pressure_pa: PRESSURE_PA.value(self.supply_pressure.0),
+        }
+    }
+}
+
+/// Commands to the steps of a 12-bit converter. What a step leaves over is added
+/// to the next command (first-order noise shaping): the mean over some ticks,
+/// which is all that the spool and the chambers see, is finer than the steps of
+/// 2.4 mV, each of which would be some kilopascal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CommandShaper {
+    left_over_codes: f32,
+}
+
+impl CommandShaper {
+    /// The code to write for a command in V; a command that is no number asks
+    /// for `safe_v` instead.
+    #[inline]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the place is within 0..=65535"
+    )]
+    pub fn code(&mut self, command_v: f32, safe_v: f32) -> DacCode {
+        let command_v = if command_v.is_finite() {
+            command_v
+        } else {
+            safe_v
+        };
+        let step = f32::from(CODES_PER_12_BIT_STEP);
+        let wanted = COMMAND_V.place(command_v) + self.left_over_codes;
+        let steps = (wanted * (1.0 / step) + 0.5).clamp(0.0, 4095.0) as u16;
+        let code = steps * CODES_PER_12_BIT_STEP;
+        self.left_over_codes = (wanted - f32::from(code)).clamp(-step, step);
+        DacCode(code)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_shaped_codes_mean_the_command() {
+        let mut shaper = CommandShaper::default();
+        let command_v = 5.001_3;
+        let codes: f64 = (0..1000)
+            .map(|_| f64::from(shaper.code(command_v, 5.0).0))
+            .sum();
+        let mean_v = codes / 1000.0 * 10.0 / 65_535.0;
+        assert!((mean_v - f64::from(command_v)).abs() < 1e-5, "{mean_v}");
+    }
+
+    #[test]
+    fn prop_a_command_beyond_the_scale_or_without_a_value_is_safe() {
+        let mut shaper = CommandShaper::default();
+        assert_eq!(shaper.code(12.0, 5.0).0, 4095 * 16);
+        let mut shaper = CommandShaper::default();
+        assert_eq!(shaper.code(-3.0, 5.0).0, 0);
+        let mut shaper = CommandShaper::default();
+        assert_eq!(shaper.code(f32::NAN, 5.0).0, 2048 * 16);
+    }
+
+    #[test]
+    fn prop_the_ends_of_a_scale_are_its_codes() {
+        assert!((POSITION_M.value(0) + 0.25).abs() < 1e-7);
+        assert!((POSITION_M.value(65_535) - 0.25).abs() < 1e-7);
+        assert!((PRESSURE_PA.place(1e6) - FULL_SCALE).abs() < 0.1);
+    }
+}
