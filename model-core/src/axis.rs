@@ -65,6 +65,19 @@ impl<R: Real> CommandPath<R> {
         }
     }
 
+    /// The same path, with this spool where it has none.
+    #[must_use]
+    pub fn or_spool(self, spool: &SpoolDynamics<R>) -> Self {
+        if self.spool.follows_at_once() {
+            Self {
+                spool: spool.transition(self.dt_s),
+                ..self
+            }
+        } else {
+            self
+        }
+    }
+
     /// The spool's mean position over the step that begins with this command.
     #[inline]
     pub fn step(&self, state: &mut CommandState<R>, command_v: R) -> R {

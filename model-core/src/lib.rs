@@ -14,6 +14,10 @@
 //! | [`friction`] | LuGre (9), (10), (11) |
 //! | [`carriage`] | motion (8) |
 //! | [`axis`] | the sum of them |
+//! | [`observer`] | the axis' laws corrected by the sensors; valve edges and friction learned |
+//! | [`feedforward`] | the inverse flow map: which command makes the force change so fast |
+//! | [`reference`] | reference motions, and the way onto one that jumps |
+//! | [`controller`] | position loop over force loop, friction fed forward, rest |
 //! | [`left_out`] | physics that the paper leaves out |
 //! | [`paper`] | the paper's parameter values, in one place |
 //! | [`real`], [`math`] | the scalar: `f32`, `f64`, dual numbers; functions with the same bits everywhere |
@@ -28,10 +32,12 @@ pub mod axis;
 pub mod carriage;
 pub mod chamber;
 pub mod controller;
+pub mod feedforward;
 pub mod friction;
 pub mod gas;
 pub mod left_out;
 pub mod math;
+pub mod observer;
 pub mod paper;
 pub mod real;
 pub mod reference;

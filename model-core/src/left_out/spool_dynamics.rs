@@ -76,6 +76,11 @@ impl<R: Real> SpoolDynamics<R> {
 }
 
 impl<R: Real> SpoolTransition<R> {
+    /// Whether there is no lag.
+    pub fn follows_at_once(&self) -> bool {
+        self.matrix.is_none()
+    }
+
     /// One step towards a held command; returns the mean position over the step
     /// (trapezoid).
     #[inline]

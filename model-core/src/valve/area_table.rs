@@ -111,11 +111,37 @@ impl<R: Real> AreaTable<R> {
         (opening * self.opening_stretch, true)
     }
 
+    /// The opening up to which only the leakage flows, V.
+    pub fn edge_v(&self) -> R {
+        let mut point = 0;
+        while point < self.last_point() && self.areas_m2[point + 1] <= self.areas_m2[0] {
+            point += 1;
+        }
+        self.point_v(point)
+    }
+
+    /// Number of the last point.
+    #[inline]
+    pub(super) fn last_point(&self) -> usize {
+        self.length - 1
+    }
+
+    /// Opening of a point, V.
+    #[inline]
+    pub(super) fn point_v(&self, point: usize) -> R {
+        self.openings_v[point.min(self.last_point())] * self.opening_stretch
+    }
+
     /// Index of the first entry above `value`, or the last one; at least 1.
     fn first_above(&self, column: &[R; TABLE_CAPACITY], value: R) -> usize {
-        let mut above = 1;
-        while above < self.length - 1 && column[above] <= value {
-            above += 1;
+        let (mut above, mut last) = (1, self.length - 1);
+        while above < last {
+            let middle = usize::midpoint(above, last);
+            if column[middle] <= value {
+                above = middle + 1;
+            } else {
+                last = middle;
+            }
         }
         above
     }

@@ -75,11 +75,21 @@ pub struct InverseFlow<R> {
 impl<R: Real> Valve<R> {
     /// Opening towards feeding port a, V: positive feeds a and empties b.
     #[inline]
-    fn opening_towards_a_v(&self, command_v: R) -> R {
+    pub fn opening_towards_a_v(&self, command_v: R) -> R {
         if self.feeds_a_above_null {
             command_v - self.null_v
         } else {
             self.null_v - command_v
+        }
+    }
+
+    /// The command of an opening towards feeding port a, V.
+    #[inline]
+    pub fn command_for_opening_v(&self, towards_a_v: R) -> R {
+        if self.feeds_a_above_null {
+            self.null_v + towards_a_v
+        } else {
+            self.null_v - towards_a_v
         }
     }
 
@@ -95,6 +105,41 @@ impl<R: Real> Valve<R> {
             supply_b_m2: self.supply.area_m2(towards_b),
             exhaust_b_m2: self.exhaust.area_m2(towards_a),
         }
+    }
+
+    /// The opening at which `per_supply` times the area of a supply path plus
+    /// `per_exhaust` times that of an exhaust path reaches `wanted`; both weights
+    /// are taken as nought where they are below. The second value is false where
+    /// the fully open valve does not reach it.
+    ///
+    /// Exact where both tables have their points at the same openings; else the
+    /// exhaust's area is linear between the supply's points.
+    pub fn opening_for_sum(&self, per_supply: R, per_exhaust: R, wanted: R) -> (R, bool) {
+        let (per_supply, per_exhaust) = (per_supply.max(R::ZERO), per_exhaust.max(R::ZERO));
+        let sum = |opening_v| {
+            per_supply * self.supply.area_m2(opening_v)
+                + per_exhaust * self.exhaust.area_m2(opening_v)
+        };
+        let (mut above, mut last) = (0, self.supply.last_point());
+        let full_v = self.supply.point_v(last);
+        if sum(full_v) < wanted {
+            return (full_v, false);
+        }
+        while above < last {
+            let middle = usize::midpoint(above, last);
+            if sum(self.supply.point_v(middle)) < wanted {
+                above = middle + 1;
+            } else {
+                last = middle;
+            }
+        }
+        if above == 0 {
+            return (R::ZERO, true);
+        }
+        let (low_v, high_v) = (self.supply.point_v(above - 1), self.supply.point_v(above));
+        let (low, high) = (sum(low_v), sum(high_v));
+        let share = (wanted - low) / (high - low);
+        (low_v + share * (high_v - low_v), true)
     }
 
     /// The command that gives a wanted net mass flow into a port (kg/s), through
@@ -133,13 +178,8 @@ impl<R: Real> Valve<R> {
             Port::A => opening,
             Port::B => -opening,
         };
-        let signed = if self.feeds_a_above_null {
-            towards_a
-        } else {
-            -towards_a
-        };
         InverseFlow {
-            command_v: self.null_v + signed,
+            command_v: self.command_for_opening_v(towards_a),
             reached,
         }
     }

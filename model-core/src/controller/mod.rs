@@ -1,0 +1,438 @@
+//! The position controller: one call a tick.
+//!
+//! ```text
+//! F* = M (a_r + w^2 e + 2 zeta w e') + friction(v_r) - d      position loop
+//! F*' + k (F* - F)  ->  valve command                         force loop, inverse flow map
+//! ```
+//!
+//! Feedforward runs ahead of the sensors by the delay of tick and spool, and is
+//! compared with the measured force only when it is due: both loops together
+//! would otherwise ask twice for the same force.
+//!
+//! Friction is fed forward by a bristle of its own that the *reference* moves: the
+//! measured velocity is too coarse near rest. The position error moves it too,
+//! slowly; while the load sticks that is an integral which ends at the force of
+//! breakaway, and it is let go the moment the load slips: the friction then
+//! stops it, in less way than any feedback could.
+//!
+//! At rest ([`Rest`]) the force is held where the bent bristles keep the load on
+//! its place, and the valve is left alone: within some newtons the error is some
+//! micrometres, and every crossing of the dead zone would be a step of the spool.
+//!
+//! Limits: one valve moves both chambers against each other, so the mean pressure
+//! is not controlled; a load below about half the rig's mass is not tried.
+
+mod rest;
+
+use crate::axis::Axis;
+use crate::feedforward::ForceRates;
+use crate::friction::FrictionLevels;
+use crate::left_out::{DelayLine, SpoolDynamics, ValveDelay};
+pub use crate::observer::Measurements;
+use crate::observer::{Observer, ObserverGains, ObserverState};
+use crate::real::Real;
+use crate::reference::Reference;
+use rest::Rest;
+
+/// What the observer believes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate<R> {
+    /// Position, m.
+    pub position_m: R,
+    /// Velocity, m/s.
+    pub velocity_m_per_s: R,
+    /// Friction against +x, N.
+    pub friction_n: R,
+    /// Force that the model does not explain, along +x, N.
+    pub disturbance_n: R,
+}
+
+impl<R: Copy> Estimate<R> {
+    /// The four in the order of the link.
+    pub fn to_array(&self) -> [R; 4] {
+        [
+            self.position_m,
+            self.velocity_m_per_s,
+            self.friction_n,
+            self.disturbance_n,
+        ]
+    }
+}
+
+/// What the controller decides at a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Action<R> {
+    /// Valve command, V.
+    pub command_v: R,
+    /// The observer's belief.
+    pub estimate: Estimate<R>,
+}
+
+/// Bandwidths and limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gains<R> {
+    /// Of the observer.
+    pub observer: ObserverGains<R>,
+    /// Of the position loop, rad/s.
+    pub position_per_s: R,
+    /// Damping ratio of the position loop.
+    pub damping: R,
+    /// Of the force loop, 1/s.
+    pub force_per_s: R,
+    /// By how much the feedforward runs ahead: tick, hold and spool, s.
+    pub lead_s: R,
+    /// Speed at which an error moves the bristle of the feedforward, 1/s.
+    pub approach_per_s: R,
+    /// Share of the Coulomb friction by which the force may exceed stiction where
+    /// the load sticks off its place: what is known of stiction is not exact.
+    pub breakaway_margin: R,
+    /// Speed above which a load that should stand still has slipped, m/s.
+    pub slip_m_per_s: R,
+    /// Error below which the load may come to rest, m.
+    pub rest_error_m: R,
+    /// Error above which rest is given up, m.
+    pub lost_error_m: R,
+    /// Error that rest does not correct, m.
+    pub indifferent_m: R,
+    /// Of the correction of larger errors at rest, 1/s.
+    pub rest_integral_per_s: R,
+    /// Of the force at rest, 1/s.
+    pub rest_force_per_s: R,
+    /// Lack of force that crosses the whole dead zone at rest, N.
+    pub rest_soft_n: R,
+}
+
+impl<R: Real> Gains<R> {
+    /// Gains found on the paper's axis and on rigs of 1.7 to 4.4 kg, with a spool
+    /// of 100 Hz and a tick of 1 ms, all of them with parameters wrong within
+    /// their uncertainty.
+    pub fn standard() -> Self {
+        let c = R::from_f64;
+        Self {
+            observer: ObserverGains {
+                pressure_per_s: c(200.0),
+                motion_per_s: c(250.0),
+                disturbance_per_s: c(50.0),
+                edge_per_s: c(1.0),
+                friction_per_s: c(10.0),
+            },
+            position_per_s: c(60.0),
+            damping: c(1.0),
+            force_per_s: c(200.0),
+            // One tick, half a tick of hold, and 2 zeta / w of a spool of 100 Hz
+            // with zeta 0.7 is 3.7 ms.
+            lead_s: c(3.5e-3),
+            approach_per_s: c(30.0),
+            breakaway_margin: c(0.5),
+            slip_m_per_s: c(4e-3),
+            rest_error_m: c(15e-6),
+            lost_error_m: c(12e-6),
+            indifferent_m: c(5e-6),
+            rest_integral_per_s: c(0.5),
+            rest_force_per_s: c(10.0),
+            rest_soft_n: c(2.0),
+        }
+    }
+}
+
+/// The controller's parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Controller<R> {
+    axis: Axis<R>,
+    gains: Gains<R>,
+    observer: Observer<R>,
+}
+
+/// The controller's memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControllerState<R> {
+    observer: ObserverState<R>,
+    /// The command that acts until the next tick.
+    command_v: R,
+    acceleration_m_per_s2: R,
+    feedforward: Feedforward<R>,
+    rest: Rest<R>,
+}
+
+/// Memory of the force feedforward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Feedforward<R> {
+    /// Deflection of the bristle that the reference moves, m.
+    deflection_m: R,
+    force_n: R,
+    /// Forces that are not due yet.
+    line: DelayLine<R>,
+}
+
+impl<R: Real> Feedforward<R> {
+    /// A force that has stood since long ago.
+    fn holding(force_n: R, stiffness_n_per_m: R) -> Self {
+        Self {
+            deflection_m: force_n / stiffness_n_per_m,
+            force_n,
+            line: DelayLine::holding(force_n),
+        }
+    }
+}
+
+/// The reference at the time when a command of now acts.
+struct Ahead<R> {
+    velocity_m_per_s: R,
+    acceleration_m_per_s2: R,
+    /// Whether the load is to stand still.
+    is_still: bool,
+}
+
+/// Errors of position and velocity.
+struct Errors<R> {
+    position_m: R,
+    velocity_m_per_s: R,
+}
+
+/// A reference slower than this stands still, m/s and m/s2: rounding of what is
+/// streamed, far below what the sensors see.
+const STILL_M_PER_S: f64 = 1e-6;
+const STILL_M_PER_S2: f64 = 1e-4;
+/// The spool of the valve's data sheet: -3 dB at 100 Hz, damping 0.6 to 0.9.
+const SPOOL_HZ: f64 = 100.0;
+const SPOOL_DAMPING: f64 = 0.7;
+/// The valve's input, V.
+const COMMAND_RANGE_V: [f64; 2] = [0.0, 10.0];
+
+impl<R: Real> Controller<R> {
+    /// A controller for this axis; the tick is the axis' step.
+    pub fn new(axis: Axis<R>) -> Self {
+        Self::with_gains(axis, Gains::standard())
+    }
+
+    /// The same with these gains. An axis whose spool follows at once is taken to
+    /// have the spool of the data sheet: the valve's lag is felt in every reversal.
+    pub fn with_gains(axis: Axis<R>, gains: Gains<R>) -> Self {
+        let data_sheet = SpoolDynamics {
+            natural_frequency_hz: R::from_f64(SPOOL_HZ),
+            damping_ratio: R::from_f64(SPOOL_DAMPING),
+        };
+        let axis = Axis {
+            command_path: axis.command_path.or_spool(&data_sheet),
+            ..axis
+        };
+        Self {
+            observer: Observer::new(&axis, &gains.observer),
+            axis,
+            gains,
+        }
+    }
+
+    /// The axis that this is the controller of.
+    pub fn axis(&self) -> &Axis<R> {
+        &self.axis
+    }
+
+    /// The command at which the valve is centred, V.
+    pub fn null_v(&self) -> R {
+        self.axis.valve.null_v
+    }
+
+    /// Memory for an axis that is at rest where the sensors say.
+    pub fn begin(&self, measured: &Measurements<R>) -> ControllerState<R> {
+        let force_n = self
+            .axis
+            .carriage
+            .drive_n(measured.pressure_a_pa, measured.pressure_b_pa);
+        ControllerState {
+            observer: self.observer.begin(&self.axis, measured),
+            command_v: self.null_v(),
+            acceleration_m_per_s2: R::ZERO,
+            feedforward: Feedforward::holding(force_n, self.stiffness()),
+            rest: Rest::left(),
+        }
+    }
+
+    /// One tick without a task: the observer goes on, the valve is at its null.
+    pub fn idle(&self, state: &mut ControllerState<R>, measured: &Measurements<R>) -> Action<R> {
+        let (axis, command_v) = (&self.axis, state.command_v);
+        self.observer
+            .step(axis, &mut state.observer, command_v, measured);
+        state.command_v = self.null_v();
+        state.acceleration_m_per_s2 = R::ZERO;
+        state.feedforward = Feedforward::holding(self.gas_force_n(state), self.stiffness());
+        state.rest = Rest::left();
+        self.action(state)
+    }
+
+    /// One tick of following a reference.
+    pub fn track(
+        &self,
+        state: &mut ControllerState<R>,
+        measured: &Measurements<R>,
+        reference: &Reference<R>,
+    ) -> Action<R> {
+        let (axis, command_v) = (&self.axis, state.command_v);
+        self.observer
+            .step(axis, &mut state.observer, command_v, measured);
+        let ahead = self.ahead(state, reference);
+        let errors = Errors {
+            position_m: reference.position_m - state.observer.carriage.position_m.value,
+            velocity_m_per_s: reference.velocity_m_per_s - state.observer.carriage.velocity_m_per_s,
+        };
+        let force_n = self.gas_force_n(state);
+        let was_resting = state.rest.is_resting();
+        state
+            .rest
+            .step(&self.gains, axis, &state.observer, &ahead, &errors, force_n);
+        let command_v = if state.rest.is_resting() {
+            self.rest_command_v(state)
+        } else {
+            if was_resting {
+                state.feedforward = Feedforward::holding(force_n, self.stiffness());
+            }
+            self.tracking_command_v(state, &ahead, &errors, force_n)
+        };
+        let [lowest_v, highest_v] = COMMAND_RANGE_V.map(R::from_f64);
+        state.command_v = state
+            .observer
+            .edges
+            .done(command_v, self.null_v())
+            .clamp(lowest_v, highest_v);
+        self.action(state)
+    }
+
+    fn action(&self, state: &ControllerState<R>) -> Action<R> {
+        let observer = &state.observer;
+        Action {
+            command_v: state.command_v,
+            estimate: Estimate {
+                position_m: observer.carriage.position_m.value,
+                velocity_m_per_s: observer.carriage.velocity_m_per_s,
+                friction_n: observer.carriage.friction_n,
+                disturbance_n: observer.disturbance_n,
+            },
+        }
+    }
+
+    fn stiffness(&self) -> R {
+        self.axis.carriage.bristle.stiffness_n_per_m
+    }
+
+    /// Observed force of the gas and the known loads on the carriage, N.
+    fn gas_force_n(&self, state: &ControllerState<R>) -> R {
+        let gas = &state.observer.pneumatics;
+        self.axis
+            .carriage
+            .drive_n(gas.a.pressure_pa.value, gas.b.pressure_pa.value)
+            - self.axis.friction_terms.constant_force_n
+    }
+
+    fn ahead(&self, state: &mut ControllerState<R>, reference: &Reference<R>) -> Ahead<R> {
+        let lead_s = self.gains.lead_s;
+        let acceleration = reference.acceleration_m_per_s2;
+        let jerk = (acceleration - state.acceleration_m_per_s2) / self.axis.dt_s;
+        state.acceleration_m_per_s2 = acceleration;
+        let half = R::from_f64(0.5);
+        let velocity_m_per_s =
+            reference.velocity_m_per_s + lead_s * (acceleration + half * lead_s * jerk);
+        let still = R::from_f64(STILL_M_PER_S);
+        Ahead {
+            velocity_m_per_s,
+            acceleration_m_per_s2: acceleration + lead_s * jerk,
+            is_still: velocity_m_per_s.abs() <= still
+                && reference.velocity_m_per_s.abs() <= still
+                && acceleration.abs() <= R::from_f64(STILL_M_PER_S2),
+        }
+    }
+
+    /// The force that the reference needs when it is ahead: inertia and friction.
+    fn feedforward_n(
+        &self,
+        state: &mut ControllerState<R>,
+        ahead: &Ahead<R>,
+        errors: &Errors<R>,
+    ) -> R {
+        let (gains, carriage) = (&self.gains, &self.axis.carriage);
+        let speed = state.observer.carriage.velocity_m_per_s.abs();
+        let inertia_n = carriage.mass_kg * ahead.acceleration_m_per_s2;
+        if ahead.is_still && speed > gains.slip_m_per_s {
+            state.feedforward.deflection_m = R::ZERO;
+            return inertia_n;
+        }
+        let approach = gains.approach_per_s * state.rest.approach_share() * errors.position_m;
+        let (deflection_m, friction_n) = carriage.bristle.step_driven(
+            &self.fed_forward_levels(state, ahead, speed),
+            ahead.velocity_m_per_s + approach,
+            state.feedforward.deflection_m,
+            self.axis.dt_s,
+        );
+        state.feedforward.deflection_m = deflection_m;
+        inertia_n + friction_n
+    }
+
+    /// The friction level to feed forward, the same at any speed of the bristle.
+    /// Stiction counts only while both reference and load are slow, at twice the
+    /// speed: a load that still slides when the force of stiction is fed forward
+    /// runs away.
+    fn fed_forward_levels(
+        &self,
+        state: &ControllerState<R>,
+        ahead: &Ahead<R>,
+        speed_m_per_s: R,
+    ) -> FrictionLevels<R> {
+        let mut levels = state.observer.friction(&self.axis);
+        if ahead.is_still {
+            levels.static_n += self.gains.breakaway_margin * levels.coulomb_n;
+        }
+        let faster = ahead.velocity_m_per_s.abs().max(speed_m_per_s);
+        let sliding_n = levels.sliding_n(&self.axis.carriage.bristle, faster + faster);
+        FrictionLevels {
+            coulomb_n: sliding_n,
+            static_n: sliding_n,
+            ..levels
+        }
+    }
+
+    fn tracking_command_v(
+        &self,
+        state: &mut ControllerState<R>,
+        ahead: &Ahead<R>,
+        errors: &Errors<R>,
+        force_n: R,
+    ) -> R {
+        let (gains, dt_s) = (&self.gains, self.axis.dt_s);
+        let feedforward_n = self.feedforward_n(state, ahead, errors);
+        let feedforward_rate = (feedforward_n - state.feedforward.force_n) / dt_s;
+        state.feedforward.force_n = feedforward_n;
+        let delay = ValveDelay {
+            delay_s: gains.lead_s,
+        };
+        let due_n = delay.step(&mut state.feedforward.line, feedforward_n, dt_s);
+        let bandwidth = gains.position_per_s;
+        let two = R::from_f64(2.0);
+        let feedback = bandwidth
+            * (bandwidth * errors.position_m + two * gains.damping * errors.velocity_m_per_s);
+        let wanted_n = due_n + self.axis.carriage.mass_kg * feedback - state.observer.disturbance_n;
+        let velocity_m_per_s = state.observer.carriage.velocity_m_per_s;
+        self.rates(state, velocity_m_per_s).command_v(
+            &self.axis,
+            feedforward_rate + gains.force_per_s * (wanted_n - force_n),
+        )
+    }
+
+    fn rest_command_v(&self, state: &ControllerState<R>) -> R {
+        self.rates(state, R::ZERO).rest_command_v(
+            &self.axis,
+            state.rest.lacking_n(),
+            self.gains.rest_soft_n,
+            self.gains.rest_force_per_s,
+        )
+    }
+
+    fn rates(&self, state: &ControllerState<R>, velocity_m_per_s: R) -> ForceRates<R> {
+        let observer = &state.observer;
+        ForceRates::at(
+            &self.axis,
+            &observer.pneumatics,
+            observer.supply_pressure_pa,
+            observer.carriage.position_m.value,
+            velocity_m_per_s,
+        )
+    }
+}

@@ -1,0 +1,187 @@
+//! The inverse flow map: the command that makes the force of the gas change at
+//! a wanted rate.
+//!
+//! ```text
+//! F  = pa Aa - pb Ab,    p' = gamma (R T m' - p V') / V         per chamber, (3)
+//! F' = closed + wa As(o) - wa' Ae(0) - wb As(0) + wb' Ae(o)     for an opening o towards a
+//! ```
+//!
+//! Each weight is the flow per area of its path times the force that a flow makes;
+//! the areas follow one opening, so the sum is inverted segment by segment of the
+//! table, with the jump over the dead zone in it. Neglected: heat, which is slow
+//! (some N/s) and left to the loop around.
+
+use crate::axis::{Axis, PneumaticState};
+use crate::real::Real;
+use crate::valve::GasState;
+
+/// How the force of the gas on the piston changes with the valve's areas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceRates<R> {
+    /// Rate without any flow: the piston's motion and the heat, N/s.
+    pub closed_n_per_s: R,
+    /// Per area from the supply to port a, N/(s m2).
+    pub supply_a: R,
+    /// Per area from port a to the exhaust (falling force), N/(s m2).
+    pub exhaust_a: R,
+    /// Per area from the supply to port b (falling force), N/(s m2).
+    pub supply_b: R,
+    /// Per area from port b to the exhaust, N/(s m2).
+    pub exhaust_b: R,
+}
+
+impl<R: Real> ForceRates<R> {
+    /// At this state of the gas and this motion of the piston.
+    pub fn at(
+        axis: &Axis<R>,
+        gas: &PneumaticState<R>,
+        supply_pressure_pa: R,
+        position_m: R,
+        velocity_m_per_s: R,
+    ) -> Self {
+        let pneumatics = &axis.pneumatics;
+        let supply = GasState {
+            pressure_pa: supply_pressure_pa,
+            temperature_k: axis.supply_temperature_k,
+        };
+        let kappa = pneumatics.gas.heat_capacity_ratio;
+        let per_mass = kappa * pneumatics.gas.gas_constant_j_per_kg_k;
+        let side = |chamber: &crate::chamber::Chamber<R>, gas: GasState<R>, speed: R| {
+            let volume = chamber.geometry.volume_m3(position_m);
+            let area = chamber.geometry.area_m2;
+            let gain = area * per_mass / volume;
+            let inflow = pneumatics.law.flow(R::ONE, supply, gas).mass_flow_kg_per_s;
+            let outflow = pneumatics
+                .law
+                .flow(R::ONE, gas, pneumatics.ambient)
+                .mass_flow_kg_per_s;
+            let closed = -(kappa * gas.pressure_pa * area * speed / volume) * area;
+            (
+                gain * inflow * supply.temperature_k,
+                gain * outflow * gas.temperature_k,
+                closed,
+            )
+        };
+        let (supply_a, exhaust_a, closed_a) =
+            side(&pneumatics.chamber_a, gas.a.gas_state(), velocity_m_per_s);
+        let (supply_b, exhaust_b, closed_b) =
+            side(&pneumatics.chamber_b, gas.b.gas_state(), -velocity_m_per_s);
+        Self {
+            closed_n_per_s: closed_a - closed_b,
+            supply_a,
+            exhaust_a,
+            supply_b,
+            exhaust_b,
+        }
+    }
+
+    /// Rate with the valve at its null: only the leakage flows.
+    pub fn null_n_per_s(&self, axis: &Axis<R>) -> R {
+        let supply = axis.valve.supply.area_m2(R::ZERO);
+        let exhaust = axis.valve.exhaust.area_m2(R::ZERO);
+        self.closed_n_per_s + (self.supply_a - self.supply_b) * supply
+            - (self.exhaust_a - self.exhaust_b) * exhaust
+    }
+
+    /// The command, with the valve's edges where the rig has them, that gives a
+    /// wanted rate; the null's own rate asks for the null.
+    pub fn command_v(&self, axis: &Axis<R>, wanted_n_per_s: R) -> R {
+        let valve = &axis.valve;
+        let supply = valve.supply.area_m2(R::ZERO);
+        let exhaust = valve.exhaust.area_m2(R::ZERO);
+        let null = self.null_n_per_s(axis);
+        let opening_v = if wanted_n_per_s > null {
+            let rest = wanted_n_per_s - self.closed_n_per_s
+                + self.supply_b * supply
+                + self.exhaust_a * exhaust;
+            valve.opening_for_sum(self.supply_a, self.exhaust_b, rest).0
+        } else {
+            let rest = self.closed_n_per_s - wanted_n_per_s
+                + self.supply_a * supply
+                + self.exhaust_b * exhaust;
+            -valve.opening_for_sum(self.supply_b, self.exhaust_a, rest).0
+        };
+        valve.command_for_opening_v(opening_v)
+    }
+
+    /// The command at rest, for a force that is `short_n` below the wanted one: the
+    /// null while little is missing, then through the dead zone in proportion, and
+    /// from `soft_n` on a flow that closes the gap at `rate_per_s`.
+    pub fn rest_command_v(&self, axis: &Axis<R>, short_n: R, soft_n: R, rate_per_s: R) -> R {
+        let size = short_n.abs();
+        if size > soft_n {
+            let rate = rate_per_s * (size - soft_n) * short_n.signum();
+            return self.command_v(axis, self.null_n_per_s(axis) + rate);
+        }
+        let two = R::from_f64(2.0);
+        let share = (two * size / soft_n - R::ONE).max(R::ZERO);
+        axis.valve
+            .command_for_opening_v(axis.valve.supply.edge_v() * share * short_n.signum())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::axis::ValveDrive;
+    use crate::paper;
+
+    fn gas(pressure_pa: f64) -> GasState<f64> {
+        GasState {
+            pressure_pa,
+            temperature_k: 293.15,
+        }
+    }
+
+    /// The rate that the axis' own pneumatics show over a short step.
+    fn rate_of_the_axis(
+        axis: &Axis<f64>,
+        start: &PneumaticState<f64>,
+        command_v: f64,
+        position_m: f64,
+        velocity_m_per_s: f64,
+    ) -> f64 {
+        let dt_s = 1e-6;
+        let mut state = *start;
+        let drive = ValveDrive {
+            areas: axis.valve.areas(command_v),
+            supply: gas(7e5),
+        };
+        let to_m = position_m + dt_s * velocity_m_per_s;
+        axis.pneumatics
+            .step(&mut state, Some(&drive), position_m, to_m, dt_s);
+        let force = |state: &PneumaticState<f64>| {
+            axis.carriage
+                .drive_n(state.a.pressure_pa.value, state.b.pressure_pa.value)
+        };
+        (force(&state) - force(start)) / dt_s
+    }
+
+    #[test]
+    fn val_the_axis_shows_the_rate_that_was_asked_for() {
+        let mut axis = paper::axis::<f64>();
+        for feeds_a_above_null in [true, false] {
+            axis.valve.feeds_a_above_null = feeds_a_above_null;
+            for (a_pa, b_pa) in [(5e5, 5e5), (6.5e5, 3e5), (2e5, 6e5)] {
+                let state = PneumaticState::at_rest(gas(a_pa), gas(b_pa));
+                let rates = ForceRates::at(&axis, &state, 7e5, 0.1, 0.2);
+                for wanted in [-1500.0, -300.0, 400.0, 1500.0] {
+                    let command_v = rates.command_v(&axis, wanted);
+                    let shown = rate_of_the_axis(&axis, &state, command_v, 0.1, 0.2);
+                    assert!((shown - wanted).abs() < 2.0, "{wanted}: {shown}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn prop_what_little_lacks_at_rest_leaves_the_valve_alone() {
+        let axis = paper::axis::<f64>();
+        let state = PneumaticState::at_rest(gas(5e5), gas(5e5));
+        let rates = ForceRates::at(&axis, &state, 7e5, 0.0, 0.0);
+        let opening_v = |short_n| rates.rest_command_v(&axis, short_n, 2.0, 10.0) - 5.0;
+        assert!(opening_v(0.9).abs() < 1e-12);
+        assert!((opening_v(1.5) - 0.15).abs() < 1e-9 && (opening_v(-1.5) + 0.15).abs() < 1e-9);
+        assert!(opening_v(2.5) > 0.3);
+    }
+}
