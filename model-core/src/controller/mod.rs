@@ -31,7 +31,7 @@ use crate::left_out::{DelayLine, SpoolDynamics, ValveDelay};
 pub use crate::observer::Measurements;
 use crate::observer::{Observer, ObserverGains, ObserverState};
 use crate::real::Real;
-use crate::reference::Reference;
+use crate::reference::{Follower, MotionLimits, Reference};
 use rest::Rest;
 
 /// What the observer believes.
@@ -100,6 +100,8 @@ pub struct Gains<R> {
     pub rest_force_per_s: R,
     /// Lack of force that crosses the whole dead zone at rest, N.
     pub rest_soft_n: R,
+    /// How a reference that jumps is joined.
+    pub motion: MotionLimits<R>,
 }
 
 impl<R: Real> Gains<R> {
@@ -131,6 +133,12 @@ impl<R: Real> Gains<R> {
             rest_integral_per_s: c(0.5),
             rest_force_per_s: c(10.0),
             rest_soft_n: c(2.0),
+            // What the valve passes with 5 kg to spare.
+            motion: MotionLimits {
+                velocity_m_per_s: c(0.8),
+                acceleration_m_per_s2: c(8.0),
+                jerk_m_per_s3: c(400.0),
+            },
         }
     }
 }
@@ -149,6 +157,7 @@ pub struct ControllerState<R> {
     observer: ObserverState<R>,
     /// The command that acts until the next tick.
     command_v: R,
+    follower: Follower<R>,
     acceleration_m_per_s2: R,
     feedforward: Feedforward<R>,
     rest: Rest<R>,
@@ -242,6 +251,7 @@ impl<R: Real> Controller<R> {
         ControllerState {
             observer: self.observer.begin(&self.axis, measured),
             command_v: self.null_v(),
+            follower: Follower::at(measured.position_m),
             acceleration_m_per_s2: R::ZERO,
             feedforward: Feedforward::holding(force_n, self.stiffness()),
             rest: Rest::left(),
@@ -254,6 +264,7 @@ impl<R: Real> Controller<R> {
         self.observer
             .step(axis, &mut state.observer, command_v, measured);
         state.command_v = self.null_v();
+        state.follower = Follower::at(state.observer.carriage.position_m.value);
         state.acceleration_m_per_s2 = R::ZERO;
         state.feedforward = Feedforward::holding(self.gas_force_n(state), self.stiffness());
         state.rest = Rest::left();
@@ -270,7 +281,10 @@ impl<R: Real> Controller<R> {
         let (axis, command_v) = (&self.axis, state.command_v);
         self.observer
             .step(axis, &mut state.observer, command_v, measured);
-        let ahead = self.ahead(state, reference);
+        let reference = state
+            .follower
+            .step(&self.gains.motion, reference, axis.dt_s);
+        let ahead = self.ahead(state, &reference);
         let errors = Errors {
             position_m: reference.position_m - state.observer.carriage.position_m.value,
             velocity_m_per_s: reference.velocity_m_per_s - state.observer.carriage.velocity_m_per_s,
