@@ -9,9 +9,16 @@
 //! | [`control_task`] | one pure call a tick: sample in, command out |
 //! | [`frame`] | COBS frames with a CRC over a byte stream |
 //! | [`link`] | the lock-step link between controller and plant |
+//! | [`settings`] | the rig's parameters: judged, kept, transferred |
+//! | [`telemetry`] | what happens at every tick, streamed |
 #![no_std]
+
+#[cfg(test)]
+extern crate std;
 
 pub mod codes;
 pub mod control_task;
 pub mod frame;
 pub mod link;
+pub mod settings;
+pub mod telemetry;
