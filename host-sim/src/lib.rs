@@ -1,5 +1,6 @@
 //! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
 
+pub mod board;
 pub mod charts;
 pub mod cli;
 pub mod compare;
@@ -15,6 +16,7 @@ pub mod recording;
 pub mod report;
 pub mod rig;
 pub mod scenario;
+pub mod settings;
 pub mod simulate;
 mod text;
 pub mod units;

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use host_sim::cli::{
     self, compare::CompareArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
-    fit::FitArguments, inspect::InspectArguments, simulate::SimulateArguments,
+    fit::FitArguments, inspect::InspectArguments, record::RecordArguments,
+    settings::SettingsArguments, simulate::SimulateArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -25,6 +26,8 @@ enum Command {
     Diagnose(DiagnoseArguments),
     Fit(FitArguments),
     Inspect(InspectArguments),
+    Record(RecordArguments),
+    Settings(SettingsArguments),
     Simulate(SimulateArguments),
 }
 
@@ -37,6 +40,8 @@ fn main() -> ExitCode {
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
+        Command::Record(arguments) => cli::record::run(arguments, &mut out),
+        Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
     };
     ExitCode::from(cli::exit_status(outcome))

@@ -4,6 +4,7 @@
 //! are there to catch a slip of units and a damaged number, not to doubt a rig.
 
 use super::parameters::{Chamber, Settings, Thermal};
+use crate::codes::POSITION_M;
 use core::fmt;
 use model_core::left_out::DELAY_CAPACITY;
 use model_core::valve::{TABLE_CAPACITY, TableFault};
@@ -99,6 +100,10 @@ impl Field {
     }
 }
 
+/// Positions beyond the converter's scale, which has its nought at mid-stroke,
+/// cannot be measured.
+const LONGEST_FROM_ZERO_M: f32 = POSITION_M.highest;
+
 /// The names of a chamber's fields, in the order of [`chamber_fields`].
 type ChamberNames = [&'static str; 8];
 const CHAMBER_A: ChamberNames = [
@@ -128,7 +133,7 @@ fn chamber_fields(chamber: &Chamber, names: &ChamberNames) -> [Field; 8] {
     [
         field(area, chamber.area_m2, 1e-6, 1.0),
         field(dead_volume, chamber.dead_volume_m3, 0.0, 0.5),
-        field(length, chamber.length_at_zero_m, 0.0, 20.0),
+        field(length, chamber.length_at_zero_m, 1e-3, LONGEST_FROM_ZERO_M),
         field(bore, chamber.bore_m, 1e-3, 2.0),
         field(memory, chamber.temperature_memory, 0.0, 1.0),
         field(conductance, chamber.wall_conductance_w_per_k, 0.0, 1e4),

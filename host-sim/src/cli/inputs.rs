@@ -190,12 +190,17 @@ pub(super) fn spinner() -> ProgressBar {
 
 /// Written beside and renamed: an interrupted run leaves the old file or the
 /// new one, never half of one.
-pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CommandError> {
+pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
     let mut beside = path.as_os_str().to_owned();
     beside.push(".partial");
-    fs::write(&beside, text)
+    fs::write(&beside, bytes)
         .and_then(|()| fs::rename(&beside, path))
         .map_err(|error| cannot_write(path, &error))
+}
+
+/// The same for text.
+pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CommandError> {
+    write_bytes(path, text.as_bytes())
 }
 
 pub(super) fn write_json(path: &Path, content: &impl Serialize) -> Result<(), CommandError> {

@@ -16,12 +16,14 @@
 //! Limits: at most [`MAXIMUM_ROWS`] rows and lines of at most 1 MiB; the file
 //! is streamed, memory is 8 bytes per used cell plus 4 per row.
 
+mod columns;
 mod error;
 mod layout;
 mod read;
 
 use std::collections::BTreeMap;
 
+pub(crate) use columns::{ColumnFault, arrange};
 pub use error::RecordingError;
 
 /// The largest number of rows that is read. At eight signals it is 1.4 GB.

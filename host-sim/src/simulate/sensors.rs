@@ -10,8 +10,9 @@ use std::io::{self, Write};
 
 use super::{Sample, Simulation, error, values};
 use crate::random::Noise;
+use crate::recording::{ColumnFault, arrange};
 use crate::report::number::Rounding;
-use crate::rig::{Column, RigError, Signal};
+use crate::rig::{RigError, Signal};
 use crate::scenario::Scenario;
 
 /// Digits of the numbers in the table: 1e-12 of a value is far below any
@@ -76,11 +77,21 @@ pub fn recorded(scenario: &Scenario, simulation: &Simulation) -> Result<Table, R
         .enumerate()
         .filter(|(_, channel)| scenario.records_states || !channel.is_state)
         .collect();
-    let order = places(scenario, &channels)?;
-    let ordered = order.into_iter().map(|place| channels[place]);
-    let (names, columns) = ordered
-        .map(|(stream, channel)| {
-            let name = header_name(scenario, channel);
+    let offered: Vec<(&str, &str)> = channels
+        .iter()
+        .map(|(_, channel)| (channel.signal, channel.name))
+        .collect();
+    let arranged = arrange(&scenario.rig.signals, &offered).map_err(
+        |ColumnFault {
+             key,
+             problem,
+             expected,
+         }| error(&scenario.rig_name, &key, problem, &expected),
+    )?;
+    let (names, columns) = arranged
+        .into_iter()
+        .map(|(name, place)| {
+            let (stream, channel) = channels[place];
             (name, column(scenario, simulation, channel, stream))
         })
         .unzip();
@@ -89,43 +100,6 @@ pub fn recorded(scenario: &Scenario, simulation: &Simulation) -> Result<Table, R
 
 fn signal<'a>(scenario: &'a Scenario, channel: &Channel) -> Option<&'a Signal> {
     scenario.rig.signals.get(channel.signal)
-}
-
-fn header_name(scenario: &Scenario, channel: &Channel) -> String {
-    match signal(scenario, channel).map(|signal| &signal.column) {
-        Some(Column::Name(name)) if name.contains([',', '"']) => {
-            format!("\"{}\"", name.replace('"', "\"\""))
-        }
-        Some(Column::Name(name)) => name.clone(),
-        _ => channel.name.into(),
-    }
-}
-
-/// Which channel stands in which column: numbered ones where the rig says, the
-/// others in the places left.
-fn places(scenario: &Scenario, channels: &[(usize, &Channel)]) -> Result<Vec<usize>, RigError> {
-    let numbered = |place: usize| match signal(scenario, channels[place].1)?.column {
-        Column::Number(number) => Some(number),
-        Column::Name(_) => None,
-    };
-    let mut slots: Vec<Option<usize>> = vec![None; channels.len()];
-    for place in 0..channels.len() {
-        let Some(number) = numbered(place) else {
-            continue;
-        };
-        let Some(slot) = slots.get_mut(number) else {
-            let key = format!("signals.{}.column", channels[place].1.signal);
-            let problem = format!("a simulation has no column {number}");
-            let expected = format!("a name, or a number below {}", channels.len());
-            return Err(error(&scenario.rig_name, &key, problem, &expected));
-        };
-        *slot = Some(place);
-    }
-    let mut others = (0..channels.len()).filter(|place| numbered(*place).is_none());
-    Ok(slots
-        .into_iter()
-        .filter_map(|slot| slot.or_else(|| others.next()))
-        .collect())
 }
 
 fn column(
