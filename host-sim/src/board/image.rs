@@ -80,7 +80,7 @@ fn put_section(builder: &mut Builder<'_>, address: u64, content: Vec<u8>) {
     let section = builder.sections.add();
     section.name = SECTION.into();
     section.sh_type = elf::SHT_PROGBITS;
-    section.sh_flags = elf::SHF_ALLOC.into();
+    section.sh_flags = elf::SHF_ALLOC;
     section.sh_addralign = ALIGNMENT;
     section.sh_size = content.len() as u64;
     section.data = SectionData::Data(content.into());
@@ -92,4 +92,106 @@ fn put_section(builder: &mut Builder<'_>, address: u64, content: Vec<u8>) {
     segment.p_vaddr = address;
     segment.p_paddr = address;
     segment.append_section(section);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use firmware::settings::Settings;
+    use firmware::settings::record::{decode, encode};
+    use object::{Endianness, Object, ObjectSection};
+
+    const CODE_AT: u64 = 0x100;
+    const SLOTS_AT: u64 = 0x4000;
+
+    /// An image as a linker leaves it: code, two absolute symbols, the entry for
+    /// a stack that the linker always adds.
+    fn image(slot_symbols: &[(&'static str, u64)]) -> Vec<u8> {
+        let mut builder = Builder::new(Endianness::Little, false);
+        builder.header.e_type = elf::ET_EXEC;
+        builder.header.e_machine = elf::EM_ARM;
+        builder.header.e_phoff = 52;
+        let code = builder.sections.add();
+        code.name = ".text".into();
+        code.sh_type = elf::SHT_PROGBITS;
+        code.sh_flags = elf::SHF_ALLOC;
+        code.sh_addralign = 4;
+        code.sh_size = 8;
+        code.data = SectionData::Data(vec![1, 2, 3, 4, 5, 6, 7, 8].into());
+        let segment = builder.segments.add();
+        segment.p_type = elf::PT_LOAD;
+        segment.p_align = 4;
+        segment.p_offset = CODE_AT;
+        segment.p_vaddr = CODE_AT;
+        segment.p_paddr = CODE_AT;
+        segment.append_section(code);
+        builder.segments.add().p_type = elf::PT_GNU_STACK;
+        for (name, value) in slot_symbols {
+            let symbol = builder.symbols.add();
+            symbol.name = (*name).into();
+            symbol.st_shndx = elf::SHN_ABS;
+            symbol.st_value = *value;
+        }
+        for (name, data, sh_type) in [
+            (".symtab", SectionData::Symbol, elf::SHT_SYMTAB),
+            (".strtab", SectionData::String, elf::SHT_STRTAB),
+            (".shstrtab", SectionData::SectionString, elf::SHT_STRTAB),
+        ] {
+            let section = builder.sections.add();
+            section.name = name.into();
+            section.sh_type = sh_type;
+            section.data = data;
+        }
+        let mut written = Vec::new();
+        builder.write(&mut written).expect("it is an image");
+        written
+    }
+
+    fn slots(second: u64, bytes: u64) -> [(&'static str, u64); 3] {
+        [
+            ("_settings_slot_0", SLOTS_AT),
+            ("_settings_slot_1", second),
+            ("_settings_slot_bytes", bytes),
+        ]
+    }
+
+    fn section(image: &[u8], name: &str) -> (u64, Vec<u8>) {
+        let file = object::File::parse(image).expect("it is an image");
+        let section = file.section_by_name(name).expect("it is there");
+        let data = section.data().expect("it has content");
+        (section.address(), data.to_vec())
+    }
+
+    #[test]
+    fn prop_an_image_takes_settings_again_and_again() {
+        let plain = image(&slots(SLOTS_AT + 2048, 2048));
+        let mut settings = Settings::built_in();
+        let mut image = plain;
+        for mass_kg in [2.0, 3.0] {
+            settings.carriage.mass_kg = mass_kg;
+            let record = encode(1, &settings).expect("it fits");
+            image = write_into(&image, &record).expect("it has slots");
+            let (address, content) = section(&image, SECTION);
+            assert_eq!((address, content.len()), (SLOTS_AT, 4096));
+            let stored = decode(&content).expect("it is a record");
+            assert_eq!(stored.settings, settings);
+            assert!(content[2048..].iter().all(|byte| *byte == ERASED));
+            let code = (CODE_AT, vec![1, 2, 3, 4, 5, 6, 7, 8]);
+            assert_eq!(section(&image, ".text"), code);
+        }
+    }
+
+    #[test]
+    fn prop_images_without_slots_are_refused() {
+        let refused = |image: &[u8]| write_into(image, &[0; 1000]).expect_err("it has no slots");
+        assert_eq!(
+            refused(&image(&[])),
+            ImageError::NoSlots("_settings_slot_0")
+        );
+        let apart = image(&slots(SLOTS_AT + 9000, 2048));
+        assert_eq!(refused(&apart), ImageError::SlotsApart);
+        let small = image(&slots(SLOTS_AT + 512, 512));
+        assert_eq!(refused(&small), ImageError::SlotTooSmall(512));
+        assert!(matches!(refused(b"PNMA"), ImageError::NotAnImage(_)));
+    }
 }

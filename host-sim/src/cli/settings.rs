@@ -100,7 +100,9 @@ fn into_image(path: &Path, settings: &Settings) -> Result<(), CommandError> {
     let cannot = |error: &dyn ToString| bad_input(format!("{name}: {}", error.to_string()));
     let image = fs::read(path).map_err(|error| cannot(&format!("cannot be read: {error}")))?;
     let changed = write_into(&image, &slot_record(settings)?).map_err(|error| cannot(&error))?;
-    write_bytes(path, &changed)
+    let permissions = fs::metadata(path)?.permissions();
+    write_bytes(path, &changed)?;
+    Ok(fs::set_permissions(path, permissions)?)
 }
 
 fn to_board(port: &str, baud: u32, settings: &Settings) -> Result<(), CommandError> {
