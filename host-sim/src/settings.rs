@@ -18,6 +18,7 @@ use model_core::axis::Axis;
 use model_core::chamber::{self, ThermalModel};
 use model_core::controller::Controller;
 use model_core::left_out::ChamberLeakage;
+use model_core::real::Real;
 
 /// Steps for which axis and settings are compared; what they hold does not
 /// depend on it.
@@ -57,6 +58,23 @@ pub enum RigSettingsError {
     Incomplete,
 }
 
+impl From<RigSettingsError> for AxisFault {
+    fn from(error: RigSettingsError) -> Self {
+        let line = error.to_string();
+        let (key, expected) = match error {
+            RigSettingsError::Rig(fault) => return fault,
+            RigSettingsError::Refused(fault) => (fault.field(), "a number that a board accepts"),
+            RigSettingsError::Incomplete => ("effects", "effects of the catalogue"),
+        };
+        let problem = line.strip_prefix(&format!("{key}: ")).unwrap_or(&line);
+        Self {
+            key: key.into(),
+            problem: problem.into(),
+            expected: expected.into(),
+        }
+    }
+}
+
 /// The settings of a rig.
 pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
     check_rig(rig).map_err(RigSettingsError::Rig)?;
@@ -80,9 +98,9 @@ pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
 
 /// The controller of a rig for ticks of `dt_s`, by the way that a board takes:
 /// rig, settings, judgement, controller.
-pub fn controller(rig: &Rig, dt_s: f32) -> Result<Controller<f32>, RigSettingsError> {
+pub fn controller(rig: &Rig, dt_s: f64) -> Result<Controller<f32>, RigSettingsError> {
     settings(rig)?
-        .try_build(dt_s)
+        .try_build(f32::from_f64(dt_s))
         .map_err(RigSettingsError::Refused)
 }
 

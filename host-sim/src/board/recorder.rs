@@ -18,7 +18,7 @@ use firmware::codes::{
 };
 use firmware::telemetry::{Record, Streaming};
 
-use crate::recording::{ColumnFault, arrange};
+use crate::recording::arrange;
 use crate::report::number::Rounding;
 use crate::rig::{Rig, RigError, Signals};
 
@@ -158,19 +158,7 @@ impl<W: Write> Recorder<W> {
             .iter()
             .map(|channel| (channel.signal, channel.name))
             .collect();
-        let arranged = arrange(&rig.signals, &offered).map_err(
-            |ColumnFault {
-                 key,
-                 problem,
-                 expected,
-             }| RigError {
-                file: rig_name.into(),
-                line: None,
-                key: Some(key),
-                problem,
-                expected,
-            },
-        )?;
+        let arranged = arrange(rig, rig_name, &offered)?;
         let (names, places): (Vec<String>, Vec<usize>) = arranged.into_iter().unzip();
         writeln!(out, "{}", names.join(","))?;
         Ok(Self {
