@@ -44,12 +44,17 @@ pub struct Command {
     pub estimate: Estimate<f32>,
 }
 
+/// Why a controller was not swapped: the axis is not at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotAtRest;
+
 /// Controller, its memory and the converter's shaping.
 #[derive(Clone, Debug)]
 pub struct ControlTask {
     controller: Controller<f32>,
     memory: Option<ControllerState<f32>>,
     shaper: CommandShaper,
+    state: State,
 }
 
 impl ControlTask {
@@ -59,6 +64,20 @@ impl ControlTask {
             controller,
             memory: None,
             shaper: CommandShaper::default(),
+            state: State::Init,
+        }
+    }
+
+    /// Swaps the controller; its memory begins anew at the next tick. Only where
+    /// the valve is at its null anyway: in the states idle and fault.
+    pub fn replace_controller(&mut self, controller: Controller<f32>) -> Result<(), NotAtRest> {
+        match self.state {
+            State::Idle | State::Fault => {
+                self.controller = controller;
+                self.memory = None;
+                Ok(())
+            }
+            State::Init | State::Track => Err(NotAtRest),
         }
     }
 
@@ -70,10 +89,11 @@ impl ControlTask {
             .get_or_insert_with(|| self.controller.begin(&measured));
         let action = self.controller.track(memory, &measured, &sample.reference);
         let null_v = self.controller.null_v();
+        self.state = State::Track;
         Command {
             tick: sample.tick,
             valve: self.shaper.code(action.command_v, null_v),
-            state: State::Track,
+            state: self.state,
             fault: 0,
             estimate: action.estimate,
         }

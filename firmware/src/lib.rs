@@ -10,13 +10,20 @@
 //! | [`cost`] | what a tick costs, counted on the chip |
 //! | [`frame`] | COBS frames with a CRC over a byte stream |
 //! | [`link`] | the lock-step link between controller and plant |
+//! | [`settings`] | the rig's parameters: judged, kept, transferred |
+//! | [`telemetry`] | what happens at every tick, streamed |
 //! | [`start`] | why a board started, and what it remembers from before |
 #![no_std]
 #![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
 
 pub mod codes;
 pub mod control_task;
 pub mod cost;
 pub mod frame;
 pub mod link;
+pub mod settings;
 pub mod start;
+pub mod telemetry;

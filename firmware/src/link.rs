@@ -41,34 +41,38 @@ pub enum FromPlant {
 }
 
 /// Reads the fields of a payload one after the other.
-struct Fields<'a>(&'a [u8]);
+pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 
-impl Fields<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+impl<'a> Fields<'a> {
+    pub(crate) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (head, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;
         Some(*head)
     }
-    fn u8(&mut self) -> Option<u8> {
+    pub(crate) fn u8(&mut self) -> Option<u8> {
         self.take::<1>().map(|[byte]| byte)
     }
-    fn u16(&mut self) -> Option<u16> {
+    pub(crate) fn u16(&mut self) -> Option<u16> {
         self.take().map(u16::from_le_bytes)
     }
-    fn u32(&mut self) -> Option<u32> {
+    pub(crate) fn u32(&mut self) -> Option<u32> {
         self.take().map(u32::from_le_bytes)
     }
-    fn f32(&mut self) -> Option<f32> {
+    pub(crate) fn f32(&mut self) -> Option<f32> {
         self.take().map(f32::from_le_bytes)
     }
+    /// All that is left.
+    pub(crate) fn rest(self) -> &'a [u8] {
+        self.0
+    }
     /// `value` if nothing is left over.
-    fn end<T>(self, value: T) -> Option<T> {
+    pub(crate) fn end<T>(self, value: T) -> Option<T> {
         self.0.is_empty().then_some(value)
     }
 }
 
 /// Appends fields; every payload here is shorter than the longest.
-fn put(payload: &mut Payload, bytes: &[u8]) {
+pub(crate) fn put(payload: &mut Payload, bytes: &[u8]) {
     let fits = payload.extend_from_slice(bytes).is_ok();
     debug_assert!(fits, "a link payload is shorter than the longest");
 }
@@ -121,15 +125,14 @@ pub fn hello_tick_period_ns(payload: &[u8]) -> Option<u32> {
 
 /// The answer to a sample.
 pub fn command(command: &Command) -> Payload {
-    let mut payload = Payload::new();
-    put(&mut payload, &[Kind::Command as u8]);
-    put(&mut payload, &command.tick.to_le_bytes());
-    put(&mut payload, &command.valve.0.to_le_bytes());
-    put(&mut payload, &[command.state as u8, command.fault]);
-    for value in command.estimate.to_array() {
-        put(&mut payload, &value.to_le_bytes());
+    CommandRecord {
+        tick: command.tick,
+        valve: command.valve,
+        state: command.state as u8,
+        fault: command.fault,
+        estimate: command.estimate.to_array(),
     }
-    payload
+    .payload()
 }
 
 /// A command as the plant reads it.
@@ -145,6 +148,21 @@ pub struct CommandRecord {
     pub fault: u8,
     /// Position in m, velocity in m/s, friction and disturbance force in N.
     pub estimate: [f32; 4],
+}
+
+impl CommandRecord {
+    /// The command as it was sent.
+    pub fn payload(&self) -> Payload {
+        let mut payload = Payload::new();
+        put(&mut payload, &[Kind::Command as u8]);
+        put(&mut payload, &self.tick.to_le_bytes());
+        put(&mut payload, &self.valve.0.to_le_bytes());
+        put(&mut payload, &[self.state, self.fault]);
+        for value in self.estimate {
+            put(&mut payload, &value.to_le_bytes());
+        }
+        payload
+    }
 }
 
 /// Reads a command; `None` where it is none.
