@@ -253,9 +253,7 @@ impl Fault {
     /// The fault of a code.
     pub fn from_code(code: u8) -> Option<Self> {
         let place = usize::from(code.checked_sub(1)?);
-        DESCRIPTIONS
-            .get(place)
-            .map(|description| description.fault)
+        DESCRIPTIONS.get(place).map(|description| description.fault)
     }
 
     /// Whether the cause stays until the board starts anew, so that there is

@@ -43,7 +43,14 @@ pub enum FromPlant {
     Sample(Sample),
     /// The end of the run.
     End,
-    /// Leave the fault, see [`crate::control_task::ControlTask::acknowledge`].
+    /// Something to do before the next sample.
+    Order(Order),
+}
+
+/// What the controller is told to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Leave the fault.
     Acknowledge,
     /// Behave as if the board had seen this.
     Inject(Finding),
@@ -104,13 +111,13 @@ pub fn from_plant(payload: &[u8]) -> Option<FromPlant> {
             fields.end(FromPlant::Sample(sample))
         }
         kind if kind == Kind::End as u8 => fields.end(FromPlant::End),
-        kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Acknowledge),
+        kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Order(Order::Acknowledge)),
         kind if kind == Kind::Inject as u8 => {
             let finding = Finding {
                 fault: Fault::from_code(fields.u8()?)?,
                 detail: fields.u8()?,
             };
-            fields.end(FromPlant::Inject(finding))
+            fields.end(FromPlant::Order(Order::Inject(finding)))
         }
         _ => None,
     }
@@ -206,20 +213,15 @@ pub fn end() -> Payload {
     payload
 }
 
-/// The way out of a fault.
-pub fn acknowledge() -> Payload {
+/// An order.
+pub fn order(order: Order) -> Payload {
     let mut payload = Payload::new();
-    put(&mut payload, &[Kind::Acknowledge as u8]);
-    payload
-}
-
-/// A fault for the board to see.
-pub fn inject(finding: Finding) -> Payload {
-    let mut payload = Payload::new();
-    put(
-        &mut payload,
-        &[Kind::Inject as u8, finding.fault.code(), finding.detail],
-    );
+    match order {
+        Order::Acknowledge => put(&mut payload, &[Kind::Acknowledge as u8]),
+        Order::Inject(Finding { fault, detail }) => {
+            put(&mut payload, &[Kind::Inject as u8, fault.code(), detail]);
+        }
+    }
     payload
 }
 
@@ -247,11 +249,10 @@ mod tests {
 
     #[test]
     fn prop_orders_come_back() {
-        let finding = Fault::ClockFailed.at(1);
-        let payload = inject(finding);
-        assert_eq!(from_plant(&payload), Some(FromPlant::Inject(finding)));
+        for sent in [Order::Acknowledge, Order::Inject(Fault::ClockFailed.at(1))] {
+            assert_eq!(from_plant(&order(sent)), Some(FromPlant::Order(sent)));
+        }
         assert_eq!(from_plant(&[Kind::Inject as u8, 200, 0]), None);
-        assert_eq!(from_plant(&acknowledge()), Some(FromPlant::Acknowledge));
     }
 
     #[test]
