@@ -140,18 +140,13 @@ mod app {
            local = [serial_in, decoder])]
     fn receive(mut context: receive::Context) {
         let decoder = context.local.decoder;
-        while let Some(byte) = context.local.serial_in.next_byte() {
-            match decoder.feed(byte) {
-                Received::Nothing => {}
-                Received::Payload(payload) => take(payload, &mut context.shared),
-                Received::Dropped => {
-                    let dropped = decoder.dropped();
-                    context
-                        .shared
-                        .report
-                        .lock(|report| report.dropped_frames = dropped);
-                }
-            }
+        let Some(byte) = context.local.serial_in.byte() else {
+            return;
+        };
+        match decoder.feed(byte) {
+            Received::Nothing => {}
+            Received::Payload(payload) => take(payload, &mut context.shared),
+            Received::Dropped => context.shared.report.lock(count_dropped),
         }
     }
 
@@ -165,10 +160,12 @@ mod app {
                 shared.has_ended.lock(|has_ended| *has_ended = true);
                 rtic::pend(device::Interrupt::UART5);
             }
-            None => shared
-                .report
-                .lock(|report| report.dropped_frames = report.dropped_frames.saturating_add(1)),
+            None => shared.report.lock(count_dropped),
         }
+    }
+
+    fn count_dropped(report: &mut Report) {
+        report.dropped_frames = report.dropped_frames.saturating_add(1);
     }
 
     #[task(binds = TIM7, priority = 2, local = [watchdog])]
@@ -211,10 +208,16 @@ mod app {
     }
 }
 
-/// A defect outside the control path, which holds no panic: the cause is kept
-/// over the reset, nothing waits for a debugger.
+/// A defect outside the control path, which holds no panic.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
+    panicked()
+}
+
+/// The cause is kept over the reset; nothing waits for a debugger. A function of
+/// its own: `cargo xtask size` looks in the image for what reaches it.
+#[inline(never)]
+fn panicked() -> ! {
     cortex_m::interrupt::disable();
     board::keep(firmware::start::PANIC);
     Chosen::give_up()
