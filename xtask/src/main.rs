@@ -7,6 +7,7 @@
 //! - `lint`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
 //! - `evidence`: the diagnoses of the real recordings and their generated table
+//! - `faults`: the fault campaign and its generated tables
 //! - `size`: flash and memory of a firmware image
 //! - `demo`: the demonstration report
 
@@ -16,6 +17,7 @@ mod chip;
 mod demo;
 mod estimates;
 mod evidence;
+mod faults;
 mod lint;
 mod setup;
 mod shell;
@@ -34,6 +36,7 @@ cargo xtask <task>
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
         [--table-only]    write it from the last run
   evidence                diagnose the real recordings, write docs/evidence.md
+  faults [SEEDS [MINUTES]]  every fault at every moment, write docs/faults.md
   size [IMAGE]            flash and memory of a firmware image (ELF)
 
 steps of ci that can be repeated alone:
@@ -69,6 +72,7 @@ fn run(arguments: &[String]) -> Outcome {
         ("demo", []) => demo::run(),
         ("evidence", []) => evidence::run(),
         ("bench", options) => bench::run(options),
+        ("faults", options) => faults::run(options),
         ("size", images) => size::run(images),
         _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),
     }

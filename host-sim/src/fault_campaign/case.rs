@@ -84,7 +84,13 @@ const PRESSURE: &[Fault] = &[
 ];
 /// A frozen pressure that acts before it is known for frozen.
 const FROZEN_PRESSURE: &[Fault] = &[Fault::FrozenSensor, Fault::PressureContradictsPosition];
-const VELOCITY: &[Fault] = &[Fault::VelocityContradictsPosition, Fault::JumpingSensor];
+/// A position that stands by chance for some ticks at rest is frozen, by a
+/// velocity that is wrong.
+const VELOCITY: &[Fault] = &[
+    Fault::VelocityContradictsPosition,
+    Fault::JumpingSensor,
+    Fault::FrozenSensor,
+];
 const STALE: &[Fault] = &[Fault::StaleReference];
 
 /// All cases.
@@ -318,6 +324,17 @@ pub const CASES: &[Case] = &[
 ];
 
 impl Disturbance {
+    /// The cause is there still, whatever is acknowledged.
+    pub(super) fn lasts(&self) -> bool {
+        matches!(self, Self::Supply(_))
+    }
+
+    /// By the time it is seen the loop has driven the axis to where other faults
+    /// are true.
+    pub(super) fn upsets_the_axis(&self) -> bool {
+        matches!(self, Self::ExchangedPressures)
+    }
+
     /// The sample as it comes `ticks` after the moment at which `first` was the
     /// last sound sample.
     pub(super) fn applied(&self, mut sample: Sample, first: &Sample, ticks: u32) -> Sample {

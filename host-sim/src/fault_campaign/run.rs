@@ -192,8 +192,9 @@ pub fn run_case(
         }
     }
     if let Some(fault) = outcome.fault {
-        let stays = fault.is_standing() || matches!(case.disturbance, Disturbance::Supply(_));
+        let stays = fault.is_standing() || case.disturbance.lasts();
         watch(&mut bench, &mut outcome, null, stays)?;
+        outcome.came_back |= case.disturbance.upsets_the_axis();
     }
     Ok(outcome)
 }
