@@ -154,7 +154,7 @@ fn prop_sensors_without_noise_slow_and_noisy_ones_do_not_trip() {
     let without_noise = ["noise = 250.0", "noise = 4.0e-6", "noise = 1.5e-3"]
         .iter()
         .fold(PAPER.to_owned(), |text, noise| {
-            text.replace(noise, "noise = 0.0")
+            text.replace(noise, "noise = 1e-12")
         });
     let noisy = PAPER
         .replace("noise = 250.0", "noise = 500.0")
