@@ -145,15 +145,14 @@ pub fn hello_tick_period_ns(payload: &[u8]) -> Option<u32> {
 
 /// The answer to a sample.
 pub fn command(command: &Command) -> Payload {
-    let mut payload = Payload::new();
-    put(&mut payload, &[Kind::Command as u8]);
-    put(&mut payload, &command.tick.to_le_bytes());
-    put(&mut payload, &command.valve.0.to_le_bytes());
-    put(&mut payload, &[command.state as u8, command.fault]);
-    for value in command.estimate.to_array() {
-        put(&mut payload, &value.to_le_bytes());
+    CommandRecord {
+        tick: command.tick,
+        valve: command.valve,
+        state: command.state as u8,
+        fault: command.fault,
+        estimate: command.estimate.to_array(),
     }
-    payload
+    .payload()
 }
 
 /// A command as the plant reads it.
@@ -169,6 +168,21 @@ pub struct CommandRecord {
     pub fault: u8,
     /// Position in m, velocity in m/s, friction and disturbance force in N.
     pub estimate: [f32; 4],
+}
+
+impl CommandRecord {
+    /// The command as it was sent.
+    pub fn payload(&self) -> Payload {
+        let mut payload = Payload::new();
+        put(&mut payload, &[Kind::Command as u8]);
+        put(&mut payload, &self.tick.to_le_bytes());
+        put(&mut payload, &self.valve.0.to_le_bytes());
+        put(&mut payload, &[self.state, self.fault]);
+        for value in self.estimate {
+            put(&mut payload, &value.to_le_bytes());
+        }
+        payload
+    }
 }
 
 /// Reads a command; `None` where it is none.

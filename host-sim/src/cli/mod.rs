@@ -1,7 +1,9 @@
 //! The commands of the `pneuma` program. Each returns an exit status; a bad
 //! input is one line on standard error and status 2.
 
+pub mod closed_loop;
 pub mod compare;
+pub mod controller;
 pub mod demo;
 pub mod diagnose;
 pub mod fit;

@@ -1,7 +1,7 @@
 //! One fault at one moment of a motion, and what came of it.
 
 use super::case::{Case, Disturbance};
-use crate::closed_loop::{Drive, DriveError, HostController, ScoreError};
+use crate::closed_loop::{Drive, DriveError, HostController, RemoteController, ScoreError};
 use crate::motion::{Limits, Motion, Segment, as_sent};
 use crate::plant::{Change, Event, Plant, PlantSettings};
 use crate::rig::Rig;
@@ -9,6 +9,7 @@ use firmware::codes::DacCode;
 use firmware::control_task::{Sample, State};
 use firmware::fault::Fault;
 use firmware::link::{CommandRecord, Order};
+use std::io::{Read, Write};
 
 /// For so long a fault may go unseen before it counts as not seen, in ticks.
 const PATIENCE: u32 = 4000;
@@ -30,6 +31,12 @@ impl Supervised for HostController {
     fn order(&mut self, order: Order) -> Result<(), DriveError> {
         self.task_mut().obey(order);
         Ok(())
+    }
+}
+
+impl<S: Read + Write> Supervised for RemoteController<S> {
+    fn order(&mut self, order: Order) -> Result<(), DriveError> {
+        RemoteController::order(self, order)
     }
 }
 
