@@ -12,6 +12,7 @@
 //! - `image`: building the images that boards run
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
 //! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
+//! - `profile`: where the control task's instructions go
 //! - `demo`: the demonstration report
 
 mod apt;
@@ -26,6 +27,7 @@ mod faults;
 pub mod image;
 mod lint;
 pub mod plant;
+mod profile;
 pub mod qemu;
 mod setup;
 pub mod shell;
@@ -50,6 +52,7 @@ cargo xtask <task>
                           the firmware in QEMU, waiting for a plant that connects
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
                           or made the snapshot
+       [--where]          whose the control task's instructions are
 
 steps of ci that can be repeated alone:
   lint                    rules of this repository that no compiler knows
