@@ -106,9 +106,14 @@ fn load_settings(machine: &mut Command, rig: &str) -> Outcome {
     let mut words = vec!["run", "--release", "--quiet", "-p", "host-sim", "--"];
     words.extend(["settings", "--rig", &rig, "--out", &settings]);
     shell::run(&mut cargo(&words))?;
-    let device = format!("loader,file={settings},addr={SETTINGS_ADDRESS},force-raw=on");
-    machine.args(["-device", &device]);
+    machine.args(with_settings(&settings));
     Ok(())
+}
+
+/// What has QEMU load a file of settings.
+pub fn with_settings(file: &str) -> [String; 2] {
+    let device = format!("loader,file={file},addr={SETTINGS_ADDRESS},force-raw=on");
+    ["-device".to_owned(), device]
 }
 
 fn run_for(mut machine: Command, duration: Duration) -> Outcome {
