@@ -331,23 +331,27 @@ impl Memory {
         if !state.stands() {
             return None;
         }
-        let areas = axis.valve.areas(step.spool_v);
-        let side = if is_turn_of_a {
-            Side {
-                channel: Channel::PressureA,
-                chamber: &axis.pneumatics.chamber_a.geometry,
-                supply_area_m2: areas.supply_a_m2,
-                exhaust_area_m2: areas.exhaust_a_m2,
-                pressure_pa: step.now.pressure_a_pa,
-            }
+        let valve = &axis.valve;
+        let above_null_v = step.spool_v - valve.null_v;
+        // Positive where the valve feeds this chamber.
+        let feeding_v = if valve.feeds_a_above_null == is_turn_of_a {
+            above_null_v
         } else {
-            Side {
-                channel: Channel::PressureB,
-                chamber: &axis.pneumatics.chamber_b.geometry,
-                supply_area_m2: areas.supply_b_m2,
-                exhaust_area_m2: areas.exhaust_b_m2,
-                pressure_pa: step.now.pressure_b_pa,
-            }
+            -above_null_v
+        };
+        let (channel, chamber, pressure_pa) = if is_turn_of_a {
+            let chamber = &axis.pneumatics.chamber_a;
+            (Channel::PressureA, chamber, step.now.pressure_a_pa)
+        } else {
+            let chamber = &axis.pneumatics.chamber_b;
+            (Channel::PressureB, chamber, step.now.pressure_b_pa)
+        };
+        let side = Side {
+            channel,
+            chamber: &chamber.geometry,
+            supply_area_m2: valve.supply.area_m2(feeding_v.max(0.0)),
+            exhaust_area_m2: valve.exhaust.area_m2((-feeding_v).max(0.0)),
+            pressure_pa,
         };
         let open_flow_m3_per_s = limits.jump.most_volume_flow_m3_per_s;
         let time_s = 2.0 * step.elapsed_s;

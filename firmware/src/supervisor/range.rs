@@ -80,16 +80,19 @@ impl Range {
 }
 
 fn failed(codes: &AdcCodes) -> Option<Finding> {
-    let channels = [
-        (codes.position, Channel::Position),
-        (codes.pressure_a, Channel::PressureA),
-        (codes.pressure_b, Channel::PressureB),
-        (codes.supply_pressure, Channel::SupplyPressure),
-        (codes.velocity, Channel::Velocity),
-    ];
-    let (_, channel) = channels
-        .into_iter()
-        .find(|(code, _)| *code == FAILED_CONVERSION)?;
+    let channel = if codes.position == FAILED_CONVERSION {
+        Channel::Position
+    } else if codes.pressure_a == FAILED_CONVERSION {
+        Channel::PressureA
+    } else if codes.pressure_b == FAILED_CONVERSION {
+        Channel::PressureB
+    } else if codes.supply_pressure == FAILED_CONVERSION {
+        Channel::SupplyPressure
+    } else if codes.velocity == FAILED_CONVERSION {
+        Channel::Velocity
+    } else {
+        return None;
+    };
     Some(Fault::FailedConversion.of(channel))
 }
 

@@ -268,8 +268,8 @@ pub const CASES: &[Case] = &[
         false,
     ),
     case(
-        "supply falls to 3 bar",
-        Supply(3e5),
+        "supply falls to 2.5 bar",
+        Supply(2.5e5),
         &[Fault::SupplyLost],
         false,
     ),
