@@ -206,7 +206,7 @@ fn prop_a_stroke_beyond_the_position_scale_is_refused() {
 
 #[test]
 fn prop_the_comparison_controller_moves_the_load() {
-    let gains = PidGains::from_array([100.0, 100.0, 4.0, 0.8, 1.0, 0.02, 5e-5]);
+    let gains = PidGains::from_array([100.0, 100.0, 4.0, 0.8, 0.02, 1.0, 0.02, 5e-5]);
     let known = wrongly_known(&paper(), 3);
     let mut drive = PidController::new(&known, gains).expect("a valve");
     let run = driven(&mut drive, 1);
@@ -323,7 +323,7 @@ fn val_what_cannot_be_used_is_one_line_and_status_2() {
         vec!["loop", "--rig", &vessel],
         vec!["loop", "--rig", &rig, "--motion", &far],
         vec!["loop", "--rig", &rig, "--motion", "no-motion.toml"],
-        vec!["loop", "--rig", &rig, "--seconds", "-1"],
+        vec!["loop", "--rig", &rig, "--seconds=-1"],
         vec!["loop", "--rig", &rig, "--out", &rig],
         vec!["loop", "--rig", &rig, "--replay", &far],
         vec!["controller", "--rig", &rig, "--listen", "nowhere"],
