@@ -7,7 +7,7 @@ use clap::{Parser, Subcommand};
 use host_sim::cli::{
     self, closed_loop::LoopArguments, compare::CompareArguments, controller::ControllerArguments,
     demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments, inspect::InspectArguments,
-    simulate::SimulateArguments,
+    record::RecordArguments, settings::SettingsArguments, simulate::SimulateArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -28,6 +28,8 @@ enum Command {
     Fit(FitArguments),
     Inspect(InspectArguments),
     Loop(LoopArguments),
+    Record(RecordArguments),
+    Settings(SettingsArguments),
     Simulate(SimulateArguments),
 }
 
@@ -42,6 +44,8 @@ fn main() -> ExitCode {
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
         Command::Loop(arguments) => cli::closed_loop::run(arguments, &mut out),
+        Command::Record(arguments) => cli::record::run(arguments, &mut out),
+        Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
     };
     ExitCode::from(cli::exit_status(outcome))

@@ -17,6 +17,7 @@
 
 use firmware::codes::DacCode;
 use firmware::control_task::Sample;
+use firmware::settings::slots::SlotStorage;
 use firmware::start::ResetCause;
 
 mod exceptions;
@@ -83,6 +84,8 @@ pub struct Parts<B: Board> {
     pub serial_out: B::SerialOut,
     /// The watchdog.
     pub watchdog: B::Watchdog,
+    /// The two slots of settings.
+    pub storage: B::Storage,
     /// Why the board started.
     pub reset_cause: ResetCause,
 }
@@ -99,6 +102,8 @@ pub trait Board: Sized {
     type SerialOut: SerialOut;
     /// The watchdog.
     type Watchdog: Watchdog;
+    /// The two slots of settings.
+    type Storage: SlotStorage;
 
     /// Time between samples.
     const TICK_PERIOD_NS: u32;

@@ -206,8 +206,12 @@ pub(super) fn write_with(
         .map_err(|error| cannot_write(path, &error))
 }
 
+pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
+    write_with(path, |out| out.write_all(bytes))
+}
+
 pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CommandError> {
-    write_with(path, |out| out.write_all(text.as_bytes()))
+    write_bytes(path, text.as_bytes())
 }
 
 pub(super) fn write_json(path: &Path, content: &impl Serialize) -> Result<(), CommandError> {

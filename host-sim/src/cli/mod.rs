@@ -9,6 +9,8 @@ pub mod diagnose;
 pub mod fit;
 mod inputs;
 pub mod inspect;
+pub mod record;
+pub mod settings;
 pub mod simulate;
 
 use std::io::{self, Write};

@@ -35,10 +35,13 @@ impl Table {
     /// The outputs in the columns, order and units of the rig, whose file is
     /// named in errors.
     pub fn new(rig: &Rig, rig_name: &str, outputs: &[Output]) -> Result<Self, RigError> {
-        let order = places(rig, rig_name, outputs)?;
-        let ordered = order.into_iter().map(|place| &outputs[place]);
-        let (names, columns) = ordered
-            .map(|output| (header_name(rig, output), column(rig, output)))
+        let offered: Vec<(&str, &str)> = outputs
+            .iter()
+            .map(|output| (output.signal, output.name))
+            .collect();
+        let (names, columns) = arrange(rig, rig_name, &offered)?
+            .into_iter()
+            .map(|(name, place)| (name, column(rig, &outputs[place])))
             .unzip();
         Ok(Self { names, columns })
     }
@@ -58,25 +61,20 @@ impl Table {
     }
 }
 
-fn header_name(rig: &Rig, output: &Output) -> String {
-    match rig.signals.get(output.signal).map(|signal| &signal.column) {
-        Some(Column::Name(name)) if name.contains([',', '"']) => {
-            format!("\"{}\"", name.replace('"', "\"\""))
-        }
-        Some(Column::Name(name)) => name.clone(),
-        _ => output.name.into(),
-    }
-}
-
-/// Which output stands in which column: numbered ones where the rig says, the
-/// others in the places left.
-fn places(rig: &Rig, rig_name: &str, outputs: &[Output]) -> Result<Vec<usize>, RigError> {
-    let numbered = |place: usize| match rig.signals.get(outputs[place].signal)?.column {
+/// The columns in their order: name in the header, place among the `offered`
+/// ones, which are pairs of signal and the name where the rig does not say.
+/// Numbered ones stand where the rig says, the others in the places left.
+pub(crate) fn arrange(
+    rig: &Rig,
+    rig_name: &str,
+    offered: &[(&str, &str)],
+) -> Result<Vec<(String, usize)>, RigError> {
+    let numbered = |place: usize| match rig.signals.get(offered[place].0)?.column {
         Column::Number(number) => Some(number),
         Column::Name(_) => None,
     };
-    let mut slots: Vec<Option<usize>> = vec![None; outputs.len()];
-    for place in 0..outputs.len() {
+    let mut slots: Vec<Option<usize>> = vec![None; offered.len()];
+    for place in 0..offered.len() {
         let Some(number) = numbered(place) else {
             continue;
         };
@@ -84,18 +82,29 @@ fn places(rig: &Rig, rig_name: &str, outputs: &[Output]) -> Result<Vec<usize>, R
             return Err(RigError {
                 file: rig_name.into(),
                 line: None,
-                key: Some(format!("signals.{}.column", outputs[place].signal)),
-                problem: format!("a simulation has no column {number}"),
-                expected: format!("a name, or a number below {}", outputs.len()),
+                key: Some(format!("signals.{}.column", offered[place].0)),
+                problem: format!("there is no column {number} to write"),
+                expected: format!("a name, or a number below {}", offered.len()),
             });
         };
         *slot = Some(place);
     }
-    let mut others = (0..outputs.len()).filter(|place| numbered(*place).is_none());
+    let mut others = (0..offered.len()).filter(|place| numbered(*place).is_none());
     Ok(slots
         .into_iter()
         .filter_map(|slot| slot.or_else(|| others.next()))
+        .map(|place| (header_name(rig, offered[place]), place))
         .collect())
+}
+
+fn header_name(rig: &Rig, (signal, name): (&str, &str)) -> String {
+    match rig.signals.get(signal).map(|signal| &signal.column) {
+        Some(Column::Name(name)) if name.contains([',', '"']) => {
+            format!("\"{}\"", name.replace('"', "\"\""))
+        }
+        Some(Column::Name(name)) => name.clone(),
+        _ => name.into(),
+    }
 }
 
 fn column(rig: &Rig, output: &Output) -> Vec<f64> {

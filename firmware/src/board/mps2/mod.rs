@@ -3,6 +3,7 @@
 
 pub mod device;
 mod stack;
+mod storage;
 mod uart;
 
 use super::{Axis, Board, Parts, Stopwatch, Watchdog};
@@ -23,6 +24,7 @@ impl Board for Mps2 {
     type SerialIn = uart::Receiver;
     type SerialOut = uart::Transmitter;
     type Watchdog = NoWatchdog;
+    type Storage = storage::Memory;
 
     const TICK_PERIOD_NS: u32 = 1_000_000;
     const ANSWERS_PLANT: bool = true;
@@ -35,6 +37,7 @@ impl Board for Mps2 {
             serial_in,
             serial_out,
             watchdog: NoWatchdog,
+            storage: storage::Memory::start(),
             reset_cause: ResetCause::PowerOn,
         }
     }
@@ -102,8 +105,9 @@ impl Stopwatch for SysTick {
     fn stop(&mut self) -> u32 {
         let left = SYST::get_current();
         self.0.disable_counter();
-        // The first count after the start loads the counter.
-        if left == 0 { 0 } else { FROM - left }
+        // The first count loads the counter; the one that is under way is taken
+        // for whole, so that the figure is never too low.
+        if left == 0 { 1 } else { FROM - left + 2 }
     }
 }
 
