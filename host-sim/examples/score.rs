@@ -5,7 +5,7 @@
 //! the comparison's gains searched for on every rig but the first, from those of
 //! the paper's rig.
 
-use host_sim::closed_loop::table::{Compared, end_stops, full_table, overview};
+use host_sim::closed_loop::table::{Compared, full_table, incidents, overview};
 use host_sim::closed_loop::{
     Case, Drive, Factory, HostController, PidController, PidGains, ScoreError, control_task,
     retune_pid, score,
@@ -35,14 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     if all.len() > 1 {
         println!("{}", overview(&all));
     }
-    for compared in &all {
-        let [controller, comparison] = end_stops(compared);
-        if controller + comparison > 0 {
-            println!(
-                "{}: end stops hit in {controller} runs, by the PID in {comparison}.",
-                compared.rig
-            );
-        }
+    for incident in all.iter().filter_map(incidents) {
+        println!("{incident}");
     }
     Ok(())
 }

@@ -1,8 +1,6 @@
 //! Plant and controller together: the same bytes wherever the controller runs,
 //! and recordings that the other commands read.
 
-mod common;
-
 use firmware::codes::{AdcCodes, DacCode};
 use firmware::control_task::Sample;
 use firmware::link::CommandRecord;
@@ -15,12 +13,18 @@ use host_sim::plant::{Change, Event, Plant, PlantSettings, valve_v};
 use host_sim::rig::Rig;
 use std::io::{BufRead, BufReader};
 use std::net::{TcpListener, TcpStream};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread;
 
+fn rig_file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("rigs")
+        .join(name)
+}
+
 fn paper() -> Rig {
-    Rig::read(common::rig_file("paper.toml")).expect("the paper's rig")
+    Rig::read(rig_file("paper.toml")).expect("the paper's rig")
 }
 
 fn short_motion() -> Motion {
@@ -244,7 +248,7 @@ impl Drop for Folder {
 }
 
 fn rig_path() -> String {
-    common::rig_file("paper.toml").display().to_string()
+    rig_file("paper.toml").display().to_string()
 }
 
 fn succeeds(arguments: &[&str]) -> String {
@@ -270,14 +274,14 @@ fn val_a_loop_s_recording_is_read_by_the_other_commands() {
         "--report",
         &report,
     ]);
-    assert!(told.contains("move to 60.00 mm"), "{told}");
+    assert!(told.contains("move to 10.00 mm"), "{told}");
     assert!(
         std::fs::read_to_string(&report)
             .expect("a page")
             .contains("Closed loop: paper")
     );
     let told = succeeds(&["inspect", "--rig", &rig, &csv]);
-    assert!(told.contains("6000 rows"), "{told}");
+    assert!(told.contains("3000 rows"), "{told}");
     assert!(told.contains("no faults found"), "{told}");
     let told = succeeds(&["compare", "--rig", &rig, &csv]);
     assert!(
@@ -318,7 +322,7 @@ fn val_what_cannot_be_used_is_one_line_and_status_2() {
     let far = folder.file("far.toml");
     let text = "format = \"motion/1\"\n[[segment]]\nkind = \"move\"\nto_m = 0.4\n";
     std::fs::write(&far, text).expect("a file");
-    let vessel = common::rig_file("vessel-leak.toml").display().to_string();
+    let vessel = rig_file("vessel-leak.toml").display().to_string();
     for arguments in [
         vec!["loop", "--rig", &vessel],
         vec!["loop", "--rig", &rig, "--motion", &far],

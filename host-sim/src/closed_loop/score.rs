@@ -195,6 +195,8 @@ pub struct MeasuredCase {
     pub measures: Vec<(Measure, f64)>,
     /// Whether the load ran against an end of its stroke.
     pub hit_end_stop: bool,
+    /// Whether the controller saw a fault, where there is none.
+    pub saw_fault: bool,
 }
 
 /// The figures of one seed.
@@ -318,6 +320,7 @@ fn measure(
         case,
         measures,
         hit_end_stop: run.end_stop.is_some(),
+        saw_fault: run.first_fault().is_some(),
     })
 }
 

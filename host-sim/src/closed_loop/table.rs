@@ -1,6 +1,6 @@
 //! Scores as tables in Markdown: the controller beside the comparison.
 
-use super::score::{Case, Measure, Score};
+use super::score::{Case, Measure, MeasuredCase, Score};
 use crate::report::number;
 use std::fmt::Write as _;
 
@@ -125,11 +125,23 @@ pub fn overview(all: &[Compared]) -> String {
     text
 }
 
-/// Runs against an end stop, with both controllers.
-pub fn end_stops(compared: &Compared) -> [usize; 2] {
-    [&compared.controller, &compared.comparison].map(|scores| {
+/// What else must be said of a rig's runs: end stops and false faults.
+pub fn incidents(compared: &Compared) -> Option<String> {
+    let count = |scores: &[Score], happened: fn(&MeasuredCase) -> bool| {
         let cases = scores.iter().flat_map(|score| &score.cases);
-        cases.filter(|measured| measured.hit_end_stop).count()
+        cases.filter(|measured| happened(measured)).count()
+    };
+    let [stops, pid_stops, faults] = [
+        count(&compared.controller, |measured| measured.hit_end_stop),
+        count(&compared.comparison, |measured| measured.hit_end_stop),
+        count(&compared.controller, |measured| measured.saw_fault),
+    ];
+    (stops + pid_stops + faults > 0).then(|| {
+        format!(
+            "{}: {stops} runs of the controller and {pid_stops} of the PID ran against an end \
+             stop; the controller saw faults, where there were none, in {faults} runs.",
+            compared.rig
+        )
     })
 }
 
