@@ -14,7 +14,7 @@ use crate::report::number;
 use crate::rig::{Rig, RigError};
 use crate::text::file_name;
 use clap::Args;
-use firmware::fault::Fault;
+use firmware::fault::DESCRIPTIONS;
 use std::fs::File;
 use std::io::{BufReader, Read, Write};
 use std::net::TcpStream;
@@ -353,8 +353,11 @@ fn summarise(run: &Run, judged: &[Judged], out: &mut dyn Write) -> std::io::Resu
 }
 
 /// The name of a fault's code.
-fn fault_name(code: u8) -> String {
-    Fault::from_code(code).map_or("unknown".into(), |fault| format!("{fault:?}"))
+fn fault_name(code: u8) -> &'static str {
+    let described = DESCRIPTIONS
+        .iter()
+        .find(|description| description.fault.code() == code);
+    described.map_or("unknown", |description| description.name)
 }
 
 // replay
