@@ -268,7 +268,7 @@ fn val_a_loop_s_recording_is_read_by_the_other_commands() {
         "--rig",
         &rig,
         "--seconds",
-        "6",
+        "3",
         "--out",
         &csv,
         "--report",
