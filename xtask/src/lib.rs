@@ -7,6 +7,7 @@
 //! - `checks`: the steps of CI and their summary
 //! - `lint`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
+//! - `control`: the controller's scores and their generated tables
 //! - `evidence`: the diagnoses of the real recordings and their generated table
 //! - `faults`: the fault campaign and its generated tables
 //! - `image`: building the images that boards run
@@ -20,6 +21,7 @@ mod bench;
 mod call_graph;
 mod checks;
 mod chip;
+mod control;
 mod demo;
 mod estimates;
 mod evidence;
@@ -45,6 +47,7 @@ cargo xtask <task>
   demo                    setup, then the demonstration; its report lands in out/demo
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
         [--table-only]    write it from the last run
+  control                 score the controller and a PID, write docs/control.md
   evidence                diagnose the real recordings, write docs/evidence.md
   faults [SEEDS [MINUTES]]
                           every fault at every moment, write docs/faults.md
@@ -75,6 +78,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("lint", []) => lint::run(),
         ("chip", []) => checks::chip(),
         ("demo", []) => demo::run(),
+        ("control", []) => control::run(),
         ("evidence", []) => evidence::run(),
         ("bench", options) => bench::run(options),
         ("faults", options) => faults::run(options),

@@ -14,6 +14,7 @@ use crate::report::number;
 use crate::rig::{Rig, RigError};
 use crate::text::file_name;
 use clap::Args;
+use firmware::fault::DESCRIPTIONS;
 use std::fs::File;
 use std::io::{BufReader, Read, Write};
 use std::net::TcpStream;
@@ -334,12 +335,29 @@ fn summarise(run: &Run, judged: &[Judged], out: &mut dyn Write) -> std::io::Resu
             number::fixed(1e3 * stop.position_m, 1)
         )?;
     }
+    if let Some(row) = run.first_fault() {
+        writeln!(
+            out,
+            "note: at {} s the controller went into fault {}: {}",
+            number::fixed(row.truth.time_s, 3),
+            row.command.fault,
+            fault_name(row.command.fault)
+        )?;
+    }
     writeln!(
         out,
         "true position against the reference; beyond: past the end of the move before; \
          rest: from 0.3 s on; command: rms about its mean"
     )?;
     out.flush()
+}
+
+/// The name of a fault's code.
+fn fault_name(code: u8) -> &'static str {
+    let described = DESCRIPTIONS
+        .iter()
+        .find(|description| description.fault.code() == code);
+    described.map_or("unknown", |description| description.name)
 }
 
 // replay

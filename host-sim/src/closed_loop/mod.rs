@@ -12,6 +12,7 @@
 //! | `transcript` | what went over a link, and its replay |
 //! | `knowledge` | what an engineer knows of a rig: its parameters, wrong within their uncertainty |
 //! | `score` | the cases with their marks, over many seeds |
+//! | `table` | scores as tables |
 
 mod drive;
 mod judge;
@@ -20,6 +21,7 @@ mod pid;
 mod record;
 mod run;
 mod score;
+pub mod table;
 pub mod transcript;
 mod tune;
 mod wire;
@@ -31,5 +33,5 @@ pub use pid::{PidController, PidGains};
 pub use record::recorded;
 pub use run::{Course, Row, Run, run};
 pub use score::{Case, Factory, Measure, MeasuredCase, Score, ScoreError, run_case, score};
-pub use tune::tune_pid;
+pub use tune::{retune_pid, tune_pid};
 pub use wire::{RemoteController, Served, Wire, serve};

@@ -3,12 +3,12 @@
 //!
 //! ```text
 //! e = r - x
-//! v = kp e + ki integral(e) + kd (dr/dt - dx/dt) + kf dr/dt
+//! v = kp e + ki integral(e) + kd (dr/dt - dx/dt) + kf dr/dt + ka d2r/dt2
 //! u = null + v + jump(v)
 //! ```
 //!
-//! with velocity feedback from the velocity sensor, velocity feedforward, and
-//! the valve's overlap jumped over: `jump` rises to the dead zone of the rig's
+//! with velocity feedback from the velocity sensor, feedforward of velocity and
+//! acceleration, and the valve's overlap jumped over: `jump` rises to the dead zone of the rig's
 //! valve table within a narrow band about v = 0. At rest within the tolerance
 //! band the valve goes to its null and stays there until the error is twice the
 //! band, without which such a controller hunts. The integral is limited, and
@@ -35,7 +35,10 @@ pub struct PidGains {
     pub derivative_v_s_per_m: f64,
     /// kf, V s/m.
     pub feedforward_v_s_per_m: f64,
-    /// Part of the dead zone that is jumped over.
+    /// ka, V s2/m.
+    pub acceleration_v_s2_per_m: f64,
+    /// What is jumped over, in parts of the dead zone: more than 1 where the
+    /// first of the open valve, too, is too little to move the load.
     pub jump_share: f64,
     /// The band of v over which the jump rises, V.
     pub jump_band_v: f64,
@@ -44,13 +47,27 @@ pub struct PidGains {
 }
 
 impl PidGains {
+    /// For the paper's rig: what `cargo run --release --example tune_pid --
+    /// rigs/paper.toml 110` found, to three digits.
+    pub const PAPER: Self = Self {
+        proportional_v_per_m: 51.6,
+        integral_v_per_m_s: 31.5,
+        derivative_v_s_per_m: 4.85,
+        feedforward_v_s_per_m: 0.570,
+        acceleration_v_s2_per_m: 0.0417,
+        jump_share: 4.11,
+        jump_band_v: 0.00743,
+        rest_band_m: 3.70e-5,
+    };
+
     /// The gains in one row, for a search.
-    pub fn to_array(self) -> [f64; 7] {
+    pub fn to_array(self) -> [f64; 8] {
         [
             self.proportional_v_per_m,
             self.integral_v_per_m_s,
             self.derivative_v_s_per_m,
             self.feedforward_v_s_per_m,
+            self.acceleration_v_s2_per_m,
             self.jump_share,
             self.jump_band_v,
             self.rest_band_m,
@@ -58,12 +75,13 @@ impl PidGains {
     }
 
     /// The gains of a row.
-    pub fn from_array(row: [f64; 7]) -> Self {
+    pub fn from_array(row: [f64; 8]) -> Self {
         let [
             proportional_v_per_m,
             integral_v_per_m_s,
             derivative_v_s_per_m,
             feedforward_v_s_per_m,
+            acceleration_v_s2_per_m,
             jump_share,
             jump_band_v,
             rest_band_m,
@@ -73,6 +91,7 @@ impl PidGains {
             integral_v_per_m_s,
             derivative_v_s_per_m,
             feedforward_v_s_per_m,
+            acceleration_v_s2_per_m,
             jump_share,
             jump_band_v,
             rest_band_m,
@@ -132,7 +151,8 @@ impl PidController {
         let linear_v = gains.proportional_v_per_m * error_m
             + self.integral_v
             + gains.derivative_v_s_per_m * error_m_per_s
-            + gains.feedforward_v_s_per_m * reference_m_per_s;
+            + gains.feedforward_v_s_per_m * reference_m_per_s
+            + gains.acceleration_v_s2_per_m * f64::from(reference.acceleration_m_per_s2);
         let jump = (linear_v / gains.jump_band_v).clamp(-1.0, 1.0) * gains.jump_share;
         let wanted_v = linear_v + jump * self.dead_zone_v;
         if wanted_v.abs() < HALF_RANGE_V {
@@ -191,7 +211,9 @@ mod tests {
 
     #[test]
     fn prop_gains_come_back_from_their_row() {
-        let row = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-        assert_eq!(PidGains::from_array(row).to_array(), row);
+        let row = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
+        let bits = |row: [f64; 8]| row.map(f64::to_bits);
+        let back = PidGains::from_array(row).to_array();
+        assert_eq!(bits(back), bits(row));
     }
 }

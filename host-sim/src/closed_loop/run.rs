@@ -3,7 +3,7 @@
 use super::drive::{Drive, DriveError};
 use crate::motion::{Motion, as_sent};
 use crate::plant::{self, EndStop, Plant};
-use firmware::control_task::Sample;
+use firmware::control_task::{Sample, State};
 use firmware::link::CommandRecord;
 use model_core::reference::Reference;
 
@@ -42,6 +42,14 @@ pub struct Run {
     pub rows: Vec<Row>,
     /// The first hit of an end stop, if there was one.
     pub end_stop: Option<EndStop>,
+}
+
+impl Run {
+    /// The first tick at which the controller was in fault, if there was one.
+    pub fn first_fault(&self) -> Option<&Row> {
+        let in_fault = State::Fault as u8;
+        self.rows.iter().find(|row| row.command.state == in_fault)
+    }
 }
 
 /// What is asked of the load: the motion, and for how long.

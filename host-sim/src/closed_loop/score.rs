@@ -9,10 +9,12 @@ use super::drive::{Drive, DriveError};
 use super::judge::{AFTER_MOVE_S, command_movement_v, overshoot_m, rms_m, worst_m};
 use super::knowledge::wrongly_known;
 use super::run::{Course, Row, Run, run};
+use super::table::FigureUnit;
 use crate::model::AxisFault;
 use crate::motion::{Limits, Motion, Placed, Segment};
 use crate::plant::{Change, Event, Plant, PlantSettings};
 use crate::rig::Rig;
+use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -59,7 +61,7 @@ impl Case {
     ];
 
     /// What is asked of the load.
-    fn motion(self) -> Motion {
+    pub fn motion(self) -> Motion {
         let hold = |seconds| Segment::Hold { seconds };
         let go = |to_m| Segment::Move { to_m };
         let sine = |frequency_hz| Segment::Sine {
@@ -127,7 +129,48 @@ pub enum Measure {
     ReturnTime,
 }
 
+impl fmt::Display for Case {
+    /// A few words.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Move => "move 60 mm",
+            Self::SlowSine => "sine 60 mm, 0.5 Hz",
+            Self::FastSine => "sine 60 mm, 1 Hz",
+            Self::Hold => "hold 30 s",
+            Self::Payload => "payload doubled",
+            Self::Supply => "supply 7 to 5 bar",
+            Self::Push => "push of 10 N",
+        })
+    }
+}
+
+impl fmt::Display for Measure {
+    /// A few words.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::EndError => "error from 0.3 s after moves",
+            Self::Overshoot => "overshoot",
+            Self::TrackingError => "largest error",
+            Self::TrackingRms => "RMS error",
+            Self::HoldError => "largest error",
+            Self::HoldBand => "half of the positions' range",
+            Self::CommandMovement => "command, RMS",
+            Self::DisturbedError => "error from 2 s after it",
+            Self::ReturnTime => "back within 0.05 mm after",
+        })
+    }
+}
+
 impl Measure {
+    /// How it is shown.
+    pub fn unit(self) -> FigureUnit {
+        match self {
+            Self::CommandMovement => FigureUnit::Millivolts,
+            Self::ReturnTime => FigureUnit::Seconds,
+            _ => FigureUnit::Millimetres,
+        }
+    }
+
     /// What it must not exceed, if anything.
     pub fn mark(self, case: Case) -> Option<f64> {
         match (self, case) {
@@ -152,6 +195,8 @@ pub struct MeasuredCase {
     pub measures: Vec<(Measure, f64)>,
     /// Whether the load ran against an end of its stroke.
     pub hit_end_stop: bool,
+    /// Whether the controller saw a fault, where there is none.
+    pub saw_fault: bool,
 }
 
 /// The figures of one seed.
@@ -275,6 +320,7 @@ fn measure(
         case,
         measures,
         hit_end_stop: run.end_stop.is_some(),
+        saw_fault: run.first_fault().is_some(),
     })
 }
 

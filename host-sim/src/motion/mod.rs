@@ -85,7 +85,7 @@ impl fmt::Display for Segment {
                 periods,
             } => write!(
                 formatter,
-                "sine {} mm, {frequency_hz} Hz, {periods} times",
+                "sine {} mm, {frequency_hz} Hz, {periods} periods",
                 millimetres(*amplitude_m)
             ),
         }
