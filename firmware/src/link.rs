@@ -6,6 +6,7 @@
 
 use crate::codes::{AdcCodes, DacCode};
 use crate::control_task::{Command, Sample};
+use crate::fault::{Fault, Finding};
 use crate::frame::LONGEST_PAYLOAD;
 use heapless::Vec;
 use model_core::reference::Reference;
@@ -26,6 +27,10 @@ pub enum Kind {
     Command = 0x03,
     /// Plant to controller: the run is over.
     End = 0x04,
+    /// To the controller: leave the fault.
+    Acknowledge = 0x10,
+    /// Plant to controller: behave as if the board had seen a fault.
+    Inject = 0x11,
 }
 
 /// A payload.
@@ -38,6 +43,17 @@ pub enum FromPlant {
     Sample(Sample),
     /// The end of the run.
     End,
+    /// Something to do before the next sample.
+    Order(Order),
+}
+
+/// What the controller is told to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Leave the fault.
+    Acknowledge,
+    /// Behave as if the board had seen this.
+    Inject(Finding),
 }
 
 /// Reads the fields of a payload one after the other.
@@ -99,6 +115,14 @@ pub fn from_plant(payload: &[u8]) -> Option<FromPlant> {
             fields.end(FromPlant::Sample(sample))
         }
         kind if kind == Kind::End as u8 => fields.end(FromPlant::End),
+        kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Order(Order::Acknowledge)),
+        kind if kind == Kind::Inject as u8 => {
+            let finding = Finding {
+                fault: Fault::from_code(fields.u8()?)?,
+                detail: fields.u8()?,
+            };
+            fields.end(FromPlant::Order(Order::Inject(finding)))
+        }
         _ => None,
     }
 }
@@ -207,6 +231,18 @@ pub fn end() -> Payload {
     payload
 }
 
+/// An order.
+pub fn order(order: Order) -> Payload {
+    let mut payload = Payload::new();
+    match order {
+        Order::Acknowledge => put(&mut payload, &[Kind::Acknowledge as u8]),
+        Order::Inject(Finding { fault, detail }) => {
+            put(&mut payload, &[Kind::Inject as u8, fault.code(), detail]);
+        }
+    }
+    payload
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -227,6 +263,14 @@ mod tests {
         assert_eq!(from_plant(&payload), Some(FromPlant::Sample(original)));
         assert_eq!(from_plant(&payload[..26]), None);
         assert_eq!(from_plant(&end()), Some(FromPlant::End));
+    }
+
+    #[test]
+    fn prop_orders_come_back() {
+        for sent in [Order::Acknowledge, Order::Inject(Fault::ClockFailed.at(1))] {
+            assert_eq!(from_plant(&order(sent)), Some(FromPlant::Order(sent)));
+        }
+        assert_eq!(from_plant(&[Kind::Inject as u8, 200, 0]), None);
     }
 
     #[test]

@@ -35,7 +35,7 @@ mod app {
     use firmware::control_task::{Command, ControlTask, Sample};
     use firmware::cost::{Cost, Report};
     use firmware::frame::{self, Decoder, Received};
-    use firmware::link::{self, FromPlant};
+    use firmware::link::{self, FromPlant, Order};
     use heapless::spsc::{Consumer, Producer, Queue};
     use model_core::controller::Controller;
     use model_core::reference::Reference;
@@ -43,6 +43,8 @@ mod app {
 
     /// Commands on their way to the serial line.
     const QUEUE_LENGTH: usize = 8;
+    /// Orders between two samples; the queue holds one less.
+    const ORDERS_LENGTH: usize = 4;
 
     #[shared]
     struct Shared {
@@ -59,15 +61,20 @@ mod app {
         axis: part::Axis,
         stopwatch: part::Stopwatch,
         control_task: ControlTask,
+        orders: Consumer<'static, Order>,
         commands: Producer<'static, Command>,
         serial_in: part::SerialIn,
         decoder: Decoder,
+        ordered: Producer<'static, Order>,
         watchdog: part::Watchdog,
         serial_out: part::SerialOut,
         outgoing: Consumer<'static, Command>,
     }
 
-    #[init(local = [queue: Queue<Command, QUEUE_LENGTH> = Queue::new()])]
+    #[init(local = [
+        queue: Queue<Command, QUEUE_LENGTH> = Queue::new(),
+        order_queue: Queue<Order, ORDERS_LENGTH> = Queue::new(),
+    ])]
     fn init(context: init::Context) -> (Shared, Local) {
         let kept_cause = take_kept().unwrap_or(0);
         let Parts {
@@ -79,6 +86,7 @@ mod app {
             reset_cause,
         } = Chosen::start(context.core);
         let (commands, outgoing) = context.local.queue.split();
+        let (ordered, orders) = context.local.order_queue.split();
         send(&mut serial_out, &link::hello(Chosen::TICK_PERIOD_NS));
         let shared = Shared {
             streamed: nothing_streamed(),
@@ -97,9 +105,11 @@ mod app {
             axis,
             stopwatch,
             control_task: ControlTask::new(Controller::new(model_core::paper::axis())),
+            orders,
             commands,
             serial_in,
             decoder: Decoder::new(),
+            ordered,
             watchdog,
             serial_out,
             outgoing,
@@ -115,11 +125,15 @@ mod app {
     }
 
     #[task(binds = DMA2_STREAM0, priority = 4, shared = [streamed, report],
-           local = [axis, stopwatch, control_task, commands])]
+           local = [axis, stopwatch, control_task, orders, commands])]
     fn control(context: control::Context) {
         let (mut local, mut shared) = (context.local, context.shared);
         local.stopwatch.start();
         let sample = shared.streamed.lock(|streamed| local.axis.sample(streamed));
+        // At most as many as the queue holds: who fills it waits for this task.
+        while let Some(order) = local.orders.dequeue() {
+            local.control_task.obey(order);
+        }
         let command = local.control_task.tick(&sample);
         local.axis.write_valve(command.valve);
         shared
@@ -137,20 +151,24 @@ mod app {
     }
 
     #[task(binds = USART1, priority = 3, shared = [streamed, report, has_ended],
-           local = [serial_in, decoder])]
+           local = [serial_in, decoder, ordered])]
     fn receive(mut context: receive::Context) {
-        let decoder = context.local.decoder;
+        let (decoder, ordered) = (context.local.decoder, context.local.ordered);
         let Some(byte) = context.local.serial_in.byte() else {
             return;
         };
         match decoder.feed(byte) {
             Received::Nothing => {}
-            Received::Payload(payload) => take(payload, &mut context.shared),
+            Received::Payload(payload) => take(payload, ordered, &mut context.shared),
             Received::Dropped => context.shared.report.lock(count_dropped),
         }
     }
 
-    fn take(payload: &[u8], shared: &mut receive::SharedResources<'_>) {
+    fn take(
+        payload: &[u8],
+        ordered: &mut Producer<'static, Order>,
+        shared: &mut receive::SharedResources<'_>,
+    ) {
         match link::from_plant(payload) {
             Some(FromPlant::Sample(sample)) => {
                 shared.streamed.lock(|streamed| *streamed = sample);
@@ -159,6 +177,13 @@ mod app {
             Some(FromPlant::End) => {
                 shared.has_ended.lock(|has_ended| *has_ended = true);
                 rtic::pend(device::Interrupt::UART5);
+            }
+            Some(FromPlant::Order(order)) => {
+                // A fault that did not happen is for simulations only.
+                let is_for_us = Chosen::ANSWERS_PLANT || order == Order::Acknowledge;
+                if !is_for_us || ordered.enqueue(order).is_err() {
+                    shared.report.lock(count_dropped);
+                }
             }
             None => shared.report.lock(count_dropped),
         }

@@ -7,6 +7,7 @@ pub mod closed_loop;
 pub mod compare;
 pub mod diagnose;
 pub mod effects;
+pub mod fault_campaign;
 pub mod fit;
 pub mod identify;
 pub mod inspect;

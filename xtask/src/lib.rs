@@ -8,9 +8,11 @@
 //! - `lint`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
 //! - `evidence`: the diagnoses of the real recordings and their generated table
+//! - `faults`: the fault campaign and its generated tables
 //! - `image`: building the images that boards run
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
 //! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
+//! - `profile`: where the control task's instructions go
 //! - `demo`: the demonstration report
 
 mod apt;
@@ -21,9 +23,11 @@ mod chip;
 mod demo;
 mod estimates;
 mod evidence;
+mod faults;
 pub mod image;
 mod lint;
 pub mod plant;
+mod profile;
 pub mod qemu;
 mod setup;
 pub mod shell;
@@ -42,10 +46,13 @@ cargo xtask <task>
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
         [--table-only]    write it from the last run
   evidence                diagnose the real recordings, write docs/evidence.md
+  faults [SEEDS [MINUTES]]
+                          every fault at every moment, write docs/faults.md
   qemu --serial 127.0.0.1:PORT [--rig RIG.toml] [--seconds N]
                           the firmware in QEMU, waiting for a plant that connects
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
                           or made the snapshot
+       [--where]          whose the control task's instructions are
 
 steps of ci that can be repeated alone:
   lint                    rules of this repository that no compiler knows
@@ -70,6 +77,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("demo", []) => demo::run(),
         ("evidence", []) => evidence::run(),
         ("bench", options) => bench::run(options),
+        ("faults", options) => faults::run(options),
         ("qemu", options) => qemu::run(options),
         ("size", options) => size::run(options),
         _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),

@@ -31,6 +31,11 @@ impl HostController {
     pub fn new(task: ControlTask) -> Self {
         Self { task }
     }
+
+    /// The control task, for orders beside the samples.
+    pub fn task_mut(&mut self) -> &mut ControlTask {
+        &mut self.task
+    }
 }
 
 impl Drive for HostController {

@@ -7,7 +7,7 @@
 use super::drive::{Drive, DriveError};
 use firmware::control_task::{ControlTask, Sample};
 use firmware::frame::{Decoder, Received, encode};
-use firmware::link::{self, CommandRecord, FromPlant, Payload};
+use firmware::link::{self, CommandRecord, FromPlant, Order, Payload};
 use std::io::{self, Read, Write};
 
 /// Frames over a byte stream.
@@ -110,6 +110,13 @@ impl<S: Read + Write> RemoteController<S> {
         self.tick_s
     }
 
+    /// Gives the controller an order, to be obeyed before the next sample.
+    pub fn order(&mut self, order: Order) -> Result<(), DriveError> {
+        self.wire
+            .send(&link::order(order))
+            .map_err(|error| broken(&error, "an order"))
+    }
+
     /// Ends the run and gives the stream back.
     pub fn end(mut self) -> Result<S, DriveError> {
         self.wire
@@ -186,6 +193,9 @@ pub fn serve<S: Read + Write>(
                 served.ticks += 1;
                 expected = Some(sample.tick.wrapping_add(1));
                 wire.send(&link::command(&task.tick(&sample)))?;
+            }
+            Some(FromPlant::Order(order)) => {
+                task.obey(order);
             }
             Some(FromPlant::End) => {
                 served.ended = true;
