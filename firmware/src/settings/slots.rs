@@ -12,6 +12,7 @@
 use super::check::SettingsFault;
 use super::parameters::Settings;
 use super::record::{ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, Stored, decode, encode};
+use crate::fault::{Fault, Finding};
 use model_core::controller::Controller;
 
 /// Records are programmed in whole pieces of this many bytes, at multiples of
@@ -77,10 +78,19 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// Whether the settings are those of this rig. Where they are not, the
-    /// supervisor holds the axis in fault.
+    /// What to note as a fault before the first tick: nothing where the
+    /// settings are those of this rig.
+    pub fn finding(&self) -> Option<Finding> {
+        match self {
+            Self::Slot(_) => None,
+            Self::NeverSet | Self::Damaged(_) => Some(Fault::SettingsDamaged.at(0)),
+            Self::Impossible(_) => Some(Fault::SettingsImpossible.at(0)),
+        }
+    }
+
+    /// Whether the settings are those of this rig.
     pub fn is_of_this_rig(&self) -> bool {
-        matches!(self, Self::Slot(_))
+        self.finding().is_none()
     }
 }
 
