@@ -9,9 +9,11 @@
 //! | [`control_task`] | one pure call a tick: sample in, command out |
 //! | [`frame`] | COBS frames with a CRC over a byte stream |
 //! | [`link`] | the lock-step link between controller and plant |
+//! | [`parts`] | converters on a serial bus, one file per part |
 #![no_std]
 
 pub mod codes;
 pub mod control_task;
 pub mod frame;
 pub mod link;
+pub mod parts;
