@@ -1,0 +1,221 @@
+//! The application: tasks and their priorities. What they do stands in the
+//! library, what they touch in `board/`.
+//!
+//! | task | priority | deadline | when missed |
+//! |---|---:|---|---|
+//! | control | 4 | the next sample | the sample's number skips ahead, which the next tick sees |
+//! | receive | 3 | the next byte on the serial line | the frame fails its CRC and is dropped and counted |
+//! | supervise | 2 | the watchdog's time | the watchdog resets the board |
+//! | transmit | 1 | none | commands that find the queue full are counted |
+#![no_std]
+#![no_main]
+
+mod board;
+
+use board::{Board, Chosen};
+use core::panic::PanicInfo;
+
+/// Shorthand for the parts of the board that this image is for.
+mod part {
+    use super::{Board, Chosen};
+    pub type Axis = <Chosen as Board>::Axis;
+    pub type Stopwatch = <Chosen as Board>::Stopwatch;
+    pub type SerialIn = <Chosen as Board>::SerialIn;
+    pub type SerialOut = <Chosen as Board>::SerialOut;
+    pub type Watchdog = <Chosen as Board>::Watchdog;
+}
+
+#[rtic::app(device = crate::board::device, peripherals = false)]
+mod app {
+    use super::part;
+    use crate::board::{
+        Axis, Board, Chosen, Parts, SerialIn, SerialOut, Stopwatch, Watchdog, device, take_kept,
+    };
+    use firmware::codes::AdcCodes;
+    use firmware::control_task::{Command, ControlTask, Sample};
+    use firmware::cost::{Cost, Report};
+    use firmware::frame::{self, Decoder, Received};
+    use firmware::link::{self, FromPlant};
+    use heapless::spsc::{Consumer, Producer, Queue};
+    use model_core::controller::Controller;
+    use model_core::reference::Reference;
+    use rtic::Mutex;
+
+    /// Commands on their way to the serial line.
+    const QUEUE_LENGTH: usize = 8;
+
+    #[shared]
+    struct Shared {
+        /// The latest sample that came over the serial line.
+        streamed: Sample,
+        /// What the application tells of itself.
+        report: Report,
+        /// The plant has ended the run.
+        has_ended: bool,
+    }
+
+    #[local]
+    struct Local {
+        axis: part::Axis,
+        stopwatch: part::Stopwatch,
+        control_task: ControlTask,
+        commands: Producer<'static, Command>,
+        serial_in: part::SerialIn,
+        decoder: Decoder,
+        watchdog: part::Watchdog,
+        serial_out: part::SerialOut,
+        outgoing: Consumer<'static, Command>,
+    }
+
+    #[init(local = [queue: Queue<Command, QUEUE_LENGTH> = Queue::new()])]
+    fn init(context: init::Context) -> (Shared, Local) {
+        let kept_cause = take_kept().unwrap_or(0);
+        let Parts {
+            axis,
+            stopwatch,
+            serial_in,
+            mut serial_out,
+            watchdog,
+            reset_cause,
+        } = Chosen::start(context.core);
+        let (commands, outgoing) = context.local.queue.split();
+        send(&mut serial_out, &link::hello(Chosen::TICK_PERIOD_NS));
+        let shared = Shared {
+            streamed: nothing_streamed(),
+            report: Report {
+                cost: Cost::default(),
+                counts_per_s: part::Stopwatch::COUNTS_PER_S,
+                stack_bytes: 0,
+                dropped_frames: 0,
+                lost_commands: 0,
+                reset_cause: reset_cause as u8,
+                kept_cause,
+            },
+            has_ended: false,
+        };
+        let local = Local {
+            axis,
+            stopwatch,
+            control_task: ControlTask::new(Controller::new(model_core::paper::axis())),
+            commands,
+            serial_in,
+            decoder: Decoder::new(),
+            watchdog,
+            serial_out,
+            outgoing,
+        };
+        (shared, local)
+    }
+
+    #[idle]
+    fn idle(_: idle::Context) -> ! {
+        loop {
+            cortex_m::asm::wfi();
+        }
+    }
+
+    #[task(binds = DMA2_STREAM0, priority = 4, shared = [streamed, report],
+           local = [axis, stopwatch, control_task, commands])]
+    fn control(context: control::Context) {
+        let (mut local, mut shared) = (context.local, context.shared);
+        local.stopwatch.start();
+        let sample = shared.streamed.lock(|streamed| local.axis.sample(streamed));
+        let command = local.control_task.tick(&sample);
+        local.axis.write_valve(command.valve);
+        shared
+            .report
+            .lock(|report| hand_on(&mut local, command, report));
+    }
+
+    /// Gives the command to the serial line, and stops the watch.
+    fn hand_on(local: &mut control::LocalResources<'_>, command: Command, report: &mut Report) {
+        if local.commands.enqueue(command).is_err() {
+            report.lost_commands = report.lost_commands.saturating_add(1);
+        }
+        rtic::pend(device::Interrupt::UART5);
+        report.cost.add(local.stopwatch.stop());
+    }
+
+    #[task(binds = USART1, priority = 3, shared = [streamed, report, has_ended],
+           local = [serial_in, decoder])]
+    fn receive(mut context: receive::Context) {
+        let decoder = context.local.decoder;
+        while let Some(byte) = context.local.serial_in.next_byte() {
+            match decoder.feed(byte) {
+                Received::Nothing => {}
+                Received::Payload(payload) => take(payload, &mut context.shared),
+                Received::Dropped => {
+                    let dropped = decoder.dropped();
+                    context
+                        .shared
+                        .report
+                        .lock(|report| report.dropped_frames = dropped);
+                }
+            }
+        }
+    }
+
+    fn take(payload: &[u8], shared: &mut receive::SharedResources<'_>) {
+        match link::from_plant(payload) {
+            Some(FromPlant::Sample(sample)) => {
+                shared.streamed.lock(|streamed| *streamed = sample);
+                Chosen::sample_streamed();
+            }
+            Some(FromPlant::End) => {
+                shared.has_ended.lock(|has_ended| *has_ended = true);
+                rtic::pend(device::Interrupt::UART5);
+            }
+            None => shared
+                .report
+                .lock(|report| report.dropped_frames = report.dropped_frames.saturating_add(1)),
+        }
+    }
+
+    #[task(binds = TIM7, priority = 2, local = [watchdog])]
+    fn supervise(context: supervise::Context) {
+        context.local.watchdog.feed();
+    }
+
+    #[task(binds = UART5, priority = 1, shared = [report, has_ended],
+           local = [serial_out, outgoing])]
+    fn transmit(mut context: transmit::Context) {
+        while let Some(command) = context.local.outgoing.dequeue() {
+            if Chosen::ANSWERS_PLANT {
+                send(context.local.serial_out, &link::command(&command));
+            }
+        }
+        if context.shared.has_ended.lock(core::mem::take) {
+            let mut report = context.shared.report.lock(|report| *report);
+            report.stack_bytes = Chosen::stack_bytes();
+            send(context.local.serial_out, &report.payload());
+            Chosen::run_ended();
+        }
+    }
+
+    fn send(serial_out: &mut part::SerialOut, payload: &[u8]) {
+        if let Some(frame) = frame::encode(payload) {
+            serial_out.send(&frame);
+        }
+    }
+
+    fn nothing_streamed() -> Sample {
+        Sample {
+            tick: 0,
+            codes: AdcCodes::from_array([0; 5]),
+            reference: Reference {
+                position_m: f32::NAN,
+                velocity_m_per_s: f32::NAN,
+                acceleration_m_per_s2: f32::NAN,
+            },
+        }
+    }
+}
+
+/// A defect outside the control path, which holds no panic: the cause is kept
+/// over the reset, nothing waits for a debugger.
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    cortex_m::interrupt::disable();
+    board::keep(firmware::start::PANIC);
+    Chosen::give_up()
+}
