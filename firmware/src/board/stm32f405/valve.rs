@@ -1,17 +1,18 @@
 //! The valve's output: the chip's own converter on PA4, or, with the feature
-//! `spi-dac`, a DAC8563 on SPI3.
+//! `spi-dac`, a DAC8563 on SPI3; behind it a switch and an amplifier to 0..10 V.
 //!
-//! Both are followed by an amplifier to 0..10 V, and both leave the valve at the
-//! middle of its range while the chip is in reset: the pin of the chip's own
-//! converter is then open and two resistors hold it at the middle; the DAC8563's
-//! clear input is tied to the chip's reset, which every reset from inside pulls.
+//! A command is put out at the beginning of the tick after its own, on the
+//! timer's edge: no jitter, and the delay that the observer reckons with. Where
+//! nothing drives PB9, as in reset, the switch gives the amplifier the middle of
+//! the valve's range instead of the converter: a chip that is held in reset, has
+//! lost its supply or restarts centres the valve.
 
 use firmware::codes::DacCode;
 
 #[cfg(not(feature = "spi-dac"))]
-pub use own::Valve;
+pub use own::Converter;
 #[cfg(feature = "spi-dac")]
-pub use spi::Valve;
+pub use spi::Converter;
 
 /// The middle of the valve's range.
 const MIDDLE: DacCode = DacCode(0x8000);
@@ -20,34 +21,47 @@ const MIDDLE: DacCode = DacCode(0x8000);
 #[cfg(not(feature = "spi-dac"))]
 mod own {
     use super::{DacCode, MIDDLE};
+    use stm32f4xx_hal::pac::dac::cr::TSEL1;
     use stm32f4xx_hal::pac::{DAC, RCC};
 
-    /// The valve behind the chip's own converter.
-    pub struct Valve {
+    /// The chip's own converter.
+    pub struct Converter {
         registers: DAC,
     }
 
-    impl Valve {
-        /// Switches it on at the valve's middle; its pin already is analogue. Its
-        /// buffer stays off: it comes within 0.2 V of either end only.
+    impl Converter {
+        /// Puts out the valve's middle at once, and from then on what is written
+        /// at the timer's edges. The pin already is analogue. The buffer stays
+        /// off: it comes within 0.2 V of either end only.
         pub fn start(rcc: &RCC, registers: DAC) -> Self {
             rcc.apb1enr().modify(|_, w| w.dacen().set_bit());
-            let mut valve = Self { registers };
-            valve.write(MIDDLE);
-            let control = valve.registers.cr();
+            let mut converter = Self { registers };
+            converter.write(MIDDLE);
+            let control = converter.registers.cr();
             control.write(|w| w.boff1().set_bit().en1().set_bit());
-            valve
+            // More than the cycle of APB1 that the code takes to the output.
+            cortex_m::asm::delay(100);
+            control.modify(|_, w| w.tsel1().variant(TSEL1::Tim2trgo).ten1().set_bit());
+            converter
         }
 
-        /// Puts out a code; the low 4 bits are below its steps.
+        /// What goes out at the next edge; the low 4 bits are below its steps.
         pub fn write(&mut self, code: DacCode) {
             let data = self.registers.dhr12r1();
             data.write(|w| w.daccdhr().set(code.0 >> 4));
         }
 
-        /// The code that it puts out, from one cycle of APB1 after it was written.
-        pub fn read_back(&self) -> DacCode {
+        /// An edge of the timer: nothing to do, the converter has seen it.
+        pub fn begin_tick(&mut self) {}
+
+        /// What is put out.
+        pub fn output(&self) -> DacCode {
             DacCode(self.registers.dor1().read().daccdor().bits() << 4)
+        }
+
+        /// The steps that it has, in codes.
+        pub fn as_put_out(code: DacCode) -> DacCode {
+            DacCode(code.0 & 0xFFF0)
         }
     }
 }
@@ -61,36 +75,48 @@ mod spi {
     use stm32f4xx_hal::gpio::{Output, PA15};
     use stm32f4xx_hal::pac::SPI3;
 
-    /// The valve behind a DAC8563.
-    pub struct Valve {
-        converter: Dac8563<Device<SPI3, PA15<Output>>>,
-        put_out: DacCode,
+    /// A DAC8563.
+    pub struct Converter {
+        part: Dac8563<Device<SPI3, PA15<Output>>>,
+        next: DacCode,
+        output: DacCode,
     }
 
-    impl Valve {
-        /// Sets it up at the valve's middle; pins and the bus' clock are ready.
+    impl Converter {
+        /// Puts out the valve's middle; pins and the bus' clock are ready.
         pub fn start(bus: Bus<SPI3>, select: PA15<Output>, delay: CoreDelay) -> Self {
             let Ok(device) = Device::new(bus, select, delay);
-            let mut valve = Self {
-                converter: Dac8563::new(device),
-                put_out: DacCode(0),
+            let mut converter = Self {
+                part: Dac8563::new(device),
+                next: MIDDLE,
+                output: DacCode(0),
             };
-            if valve.converter.configure().is_ok() {
-                valve.write(MIDDLE);
+            if converter.part.configure().is_ok() {
+                converter.begin_tick();
             }
-            valve
+            converter
         }
 
-        /// Puts out a code.
+        /// What goes out at the next tick.
         pub fn write(&mut self, code: DacCode) {
-            if self.converter.write(code).is_ok() {
-                self.put_out = code;
+            self.next = code;
+        }
+
+        /// Puts it out.
+        pub fn begin_tick(&mut self) {
+            if self.part.write(self.next).is_ok() {
+                self.output = self.next;
             }
         }
 
-        /// The code that the bus carried last: the converter cannot be read.
-        pub fn read_back(&self) -> DacCode {
-            self.put_out
+        /// What the bus carried last: the part cannot be read.
+        pub fn output(&self) -> DacCode {
+            self.output
+        }
+
+        /// It has all steps of the code.
+        pub fn as_put_out(code: DacCode) -> DacCode {
+            code
         }
     }
 }
