@@ -6,6 +6,7 @@
 
 use crate::codes::{AdcCodes, DacCode};
 use crate::control_task::{Command, Sample};
+use crate::fault::{Fault, Finding};
 use crate::frame::LONGEST_PAYLOAD;
 use heapless::Vec;
 use model_core::reference::Reference;
@@ -26,6 +27,10 @@ pub enum Kind {
     Command = 0x03,
     /// Plant to controller: the run is over.
     End = 0x04,
+    /// To the controller: leave the fault.
+    Acknowledge = 0x10,
+    /// Plant to controller: behave as if the board had seen a fault.
+    Inject = 0x11,
 }
 
 /// A payload.
@@ -38,37 +43,41 @@ pub enum FromPlant {
     Sample(Sample),
     /// The end of the run.
     End,
+    /// Leave the fault, see [`crate::control_task::ControlTask::acknowledge`].
+    Acknowledge,
+    /// Behave as if the board had seen this.
+    Inject(Finding),
 }
 
 /// Reads the fields of a payload one after the other.
-struct Fields<'a>(&'a [u8]);
+pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 
 impl Fields<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+    pub(crate) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (head, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;
         Some(*head)
     }
-    fn u8(&mut self) -> Option<u8> {
+    pub(crate) fn u8(&mut self) -> Option<u8> {
         self.take::<1>().map(|[byte]| byte)
     }
-    fn u16(&mut self) -> Option<u16> {
+    pub(crate) fn u16(&mut self) -> Option<u16> {
         self.take().map(u16::from_le_bytes)
     }
-    fn u32(&mut self) -> Option<u32> {
+    pub(crate) fn u32(&mut self) -> Option<u32> {
         self.take().map(u32::from_le_bytes)
     }
     fn f32(&mut self) -> Option<f32> {
         self.take().map(f32::from_le_bytes)
     }
     /// `value` if nothing is left over.
-    fn end<T>(self, value: T) -> Option<T> {
+    pub(crate) fn end<T>(self, value: T) -> Option<T> {
         self.0.is_empty().then_some(value)
     }
 }
 
 /// Appends fields; every payload here is shorter than the longest.
-fn put(payload: &mut Payload, bytes: &[u8]) {
+pub(crate) fn put(payload: &mut Payload, bytes: &[u8]) {
     let fits = payload.extend_from_slice(bytes).is_ok();
     debug_assert!(fits, "a link payload is shorter than the longest");
 }
@@ -95,6 +104,14 @@ pub fn from_plant(payload: &[u8]) -> Option<FromPlant> {
             fields.end(FromPlant::Sample(sample))
         }
         kind if kind == Kind::End as u8 => fields.end(FromPlant::End),
+        kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Acknowledge),
+        kind if kind == Kind::Inject as u8 => {
+            let finding = Finding {
+                fault: Fault::from_code(fields.u8()?)?,
+                detail: fields.u8()?,
+            };
+            fields.end(FromPlant::Inject(finding))
+        }
         _ => None,
     }
 }
@@ -189,6 +206,23 @@ pub fn end() -> Payload {
     payload
 }
 
+/// The way out of a fault.
+pub fn acknowledge() -> Payload {
+    let mut payload = Payload::new();
+    put(&mut payload, &[Kind::Acknowledge as u8]);
+    payload
+}
+
+/// A fault for the board to see.
+pub fn inject(finding: Finding) -> Payload {
+    let mut payload = Payload::new();
+    put(
+        &mut payload,
+        &[Kind::Inject as u8, finding.fault.code(), finding.detail],
+    );
+    payload
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -209,6 +243,15 @@ mod tests {
         assert_eq!(from_plant(&payload), Some(FromPlant::Sample(original)));
         assert_eq!(from_plant(&payload[..26]), None);
         assert_eq!(from_plant(&end()), Some(FromPlant::End));
+    }
+
+    #[test]
+    fn prop_orders_come_back() {
+        let finding = Fault::ClockFailed.at(1);
+        let payload = inject(finding);
+        assert_eq!(from_plant(&payload), Some(FromPlant::Inject(finding)));
+        assert_eq!(from_plant(&[Kind::Inject as u8, 200, 0]), None);
+        assert_eq!(from_plant(&acknowledge()), Some(FromPlant::Acknowledge));
     }
 
     #[test]

@@ -18,6 +18,22 @@ pub enum ResetCause {
     Watchdog = 5,
 }
 
+impl ResetCause {
+    /// The cause of a code.
+    pub fn from_code(code: u8) -> Option<Self> {
+        [
+            Self::Unknown,
+            Self::PowerOn,
+            Self::BrownOut,
+            Self::Pin,
+            Self::Software,
+            Self::Watchdog,
+        ]
+        .into_iter()
+        .find(|cause| *cause as u8 == code)
+    }
+}
+
 /// A cause as it lies in memory that a reset does not clear: the word and its
 /// complement, so that what power-on left there is not taken for a cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 
 pub mod charts;
 pub mod cli;
+pub mod closed_loop;
 pub mod compare;
 pub mod diagnose;
 pub mod effects;
@@ -10,6 +11,8 @@ pub mod identify;
 pub mod inspect;
 pub mod laws;
 pub mod model;
+pub mod motion;
+pub mod plant;
 mod random;
 pub mod recording;
 pub mod report;

@@ -68,7 +68,8 @@ pub struct AxisFault {
 }
 
 impl AxisFault {
-    fn missing(key: &str) -> Self {
+    /// A key or a section that the rig does not have.
+    pub(crate) fn missing(key: &str) -> Self {
         let what = if key.contains('.') {
             "a value"
         } else {

@@ -72,6 +72,11 @@ impl<R: Real> Controller<R> {
         Self { axis }
     }
 
+    /// The axis that is controlled.
+    pub fn axis(&self) -> &Axis<R> {
+        &self.axis
+    }
+
     /// The command at which the valve is centred, V.
     pub fn null_v(&self) -> R {
         self.axis.valve.null_v
