@@ -209,9 +209,11 @@ pub const DESCRIPTIONS: [Description; 19] = [
     Description {
         fault: Fault::DacMismatch,
         name: "DAC write-back mismatch",
-        seen: "the board: the converter's output register does not hold what was written",
-        detail: "0",
-        remedy: "replace the board if it comes again",
+        seen: "the board: the converter's output register does not hold what was written, or the \
+               voltage behind the amplifier is another",
+        detail: "0 register, 1 voltage",
+        remedy: "check the amplifier's supply and the valve's wire for a short; replace the board \
+                 if it comes again",
     },
     Description {
         fault: Fault::WatchdogReset,
@@ -253,9 +255,7 @@ impl Fault {
     /// The fault of a code.
     pub fn from_code(code: u8) -> Option<Self> {
         let place = usize::from(code.checked_sub(1)?);
-        DESCRIPTIONS
-            .get(place)
-            .map(|description| description.fault)
+        DESCRIPTIONS.get(place).map(|description| description.fault)
     }
 
     /// Whether the cause stays until the board starts anew, so that there is

@@ -29,13 +29,16 @@ mod part {
 mod app {
     use super::part;
     use crate::board::{
-        Axis, Board, Chosen, Parts, SerialIn, SerialOut, Stopwatch, Watchdog, device, take_kept,
+        Axis, Board, Chosen, Parts, SerialIn, SerialOut, Stopwatch, Watchdog, device, keep,
+        take_kept,
     };
     use firmware::codes::AdcCodes;
     use firmware::control_task::{Command, ControlTask, Sample};
     use firmware::cost::{Cost, Report};
     use firmware::frame::{self, Decoder, Received};
     use firmware::link::{self, FromPlant};
+    use firmware::start::{ResetCause, cause_of, finding_of};
+    use firmware::status::FaultMemory;
     use heapless::spsc::{Consumer, Producer, Queue};
     use model_core::controller::Controller;
     use model_core::reference::Reference;
@@ -43,28 +46,45 @@ mod app {
 
     /// Commands on their way to the serial line.
     const QUEUE_LENGTH: usize = 8;
+    /// Runs of the supervisor from one status report to the next: some a second.
+    const SUPERVISIONS_PER_STATUS: u8 = 20;
 
     #[shared]
     struct Shared {
+        /// The control task, also for those who ask how it is.
+        control_task: ControlTask,
         /// The latest sample that came over the serial line.
         streamed: Sample,
         /// What the application tells of itself.
         report: Report,
         /// The plant has ended the run.
         has_ended: bool,
+        /// A status report is due.
+        status_is_due: bool,
     }
 
     #[local]
     struct Local {
         axis: part::Axis,
         stopwatch: part::Stopwatch,
-        control_task: ControlTask,
+        /// Code of the fault that is kept over a reset.
+        kept_fault: u8,
         commands: Producer<'static, Command>,
         serial_in: part::SerialIn,
         decoder: Decoder,
         watchdog: part::Watchdog,
+        supervision: Supervision,
+        reset_cause: ResetCause,
         serial_out: part::SerialOut,
         outgoing: Consumer<'static, Command>,
+    }
+
+    /// What the supervisor remembers.
+    pub struct Supervision {
+        /// Ticks that the control task had run.
+        ticks: u32,
+        /// Runs of the supervisor since the last status report.
+        since_status: u8,
     }
 
     #[init(local = [queue: Queue<Command, QUEUE_LENGTH> = Queue::new()])]
@@ -77,10 +97,20 @@ mod app {
             mut serial_out,
             watchdog,
             reset_cause,
+            finding,
         } = Chosen::start(context.core);
+        let mut control_task = ControlTask::new(Controller::new(model_core::paper::axis()));
+        let found = [finding, finding_of(kept_cause), reset_cause.finding()];
+        for finding in found.into_iter().flatten() {
+            control_task.recall(&FaultMemory {
+                finding: Some(finding),
+                tick: 0,
+            });
+        }
         let (commands, outgoing) = context.local.queue.split();
         send(&mut serial_out, &link::hello(Chosen::TICK_PERIOD_NS));
         let shared = Shared {
+            control_task,
             streamed: nothing_streamed(),
             report: Report {
                 cost: Cost::default(),
@@ -92,15 +122,21 @@ mod app {
                 kept_cause,
             },
             has_ended: false,
+            status_is_due: false,
         };
         let local = Local {
             axis,
             stopwatch,
-            control_task: ControlTask::new(Controller::new(model_core::paper::axis())),
+            kept_fault: 0,
             commands,
             serial_in,
             decoder: Decoder::new(),
             watchdog,
+            supervision: Supervision {
+                ticks: 0,
+                since_status: 0,
+            },
+            reset_cause,
             serial_out,
             outgoing,
         };
@@ -114,13 +150,24 @@ mod app {
         }
     }
 
-    #[task(binds = DMA2_STREAM0, priority = 4, shared = [streamed, report],
-           local = [axis, stopwatch, control_task, commands])]
+    #[task(binds = DMA2_STREAM0, priority = 4, shared = [streamed, report, control_task],
+           local = [axis, stopwatch, kept_fault, commands])]
     fn control(context: control::Context) {
         let (mut local, mut shared) = (context.local, context.shared);
         local.stopwatch.start();
         let sample = shared.streamed.lock(|streamed| local.axis.sample(streamed));
-        let command = local.control_task.tick(&sample);
+        let finding = local.axis.finding();
+        let command = shared.control_task.lock(|control_task| {
+            if let Some(finding) = finding {
+                control_task.note_fault(finding);
+            }
+            let command = control_task.tick(&sample);
+            if command.fault != *local.kept_fault {
+                *local.kept_fault = command.fault;
+                keep(cause_of(control_task.fault_memory().finding));
+            }
+            command
+        });
         local.axis.write_valve(command.valve);
         shared
             .report
@@ -136,7 +183,7 @@ mod app {
         report.cost.add(local.stopwatch.stop());
     }
 
-    #[task(binds = USART1, priority = 3, shared = [streamed, report, has_ended],
+    #[task(binds = USART1, priority = 3, shared = [streamed, report, control_task, has_ended],
            local = [serial_in, decoder])]
     fn receive(mut context: receive::Context) {
         let decoder = context.local.decoder;
@@ -165,24 +212,48 @@ mod app {
                 shared.has_ended.lock(|has_ended| *has_ended = true);
                 rtic::pend(device::Interrupt::UART5);
             }
-            None => shared
+            Some(FromPlant::Acknowledge) => {
+                // Where there is nothing to acknowledge, nothing changes.
+                let _has_left = shared.control_task.lock(ControlTask::acknowledge);
+            }
+            Some(FromPlant::Inject(finding)) if Chosen::ANSWERS_PLANT => shared
+                .control_task
+                .lock(|control_task| control_task.note_fault(finding)),
+            Some(FromPlant::Inject(_)) | None => shared
                 .report
                 .lock(|report| report.dropped_frames = report.dropped_frames.saturating_add(1)),
         }
     }
 
-    #[task(binds = TIM7, priority = 2, local = [watchdog])]
-    fn supervise(context: supervise::Context) {
-        context.local.watchdog.feed();
+    #[task(binds = TIM7, priority = 2, shared = [report, status_is_due],
+           local = [watchdog, supervision])]
+    fn supervise(mut context: supervise::Context) {
+        let supervision = context.local.supervision;
+        let ticks = context.shared.report.lock(|report| report.cost.ticks);
+        if ticks != supervision.ticks {
+            context.local.watchdog.feed();
+        }
+        supervision.ticks = ticks;
+        supervision.since_status = (supervision.since_status + 1) % SUPERVISIONS_PER_STATUS;
+        if supervision.since_status == 0 && !Chosen::ANSWERS_PLANT {
+            context.shared.status_is_due.lock(|is_due| *is_due = true);
+            rtic::pend(device::Interrupt::UART5);
+        }
     }
 
-    #[task(binds = UART5, priority = 1, shared = [report, has_ended],
-           local = [serial_out, outgoing])]
+    #[task(binds = UART5, priority = 1, shared = [report, control_task, has_ended, status_is_due],
+           local = [serial_out, outgoing, reset_cause])]
     fn transmit(mut context: transmit::Context) {
         while let Some(command) = context.local.outgoing.dequeue() {
             if Chosen::ANSWERS_PLANT {
                 send(context.local.serial_out, &link::command(&command));
             }
+        }
+        if context.shared.status_is_due.lock(core::mem::take) {
+            let reset_cause = *context.local.reset_cause;
+            let control_task = &mut context.shared.control_task;
+            let status = control_task.lock(|control_task| control_task.status(reset_cause));
+            send(context.local.serial_out, &status.payload());
         }
         if context.shared.has_ended.lock(core::mem::take) {
             let mut report = context.shared.report.lock(|report| *report);

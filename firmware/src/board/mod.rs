@@ -18,6 +18,7 @@
 
 use firmware::codes::DacCode;
 use firmware::control_task::Sample;
+use firmware::fault::Finding;
 use firmware::start::ResetCause;
 
 mod kept;
@@ -43,6 +44,9 @@ pub trait Axis {
     /// came over the serial line: all of it where a plant is behind the line,
     /// the reference alone where the board has converters of its own.
     fn sample(&mut self, streamed: &Sample) -> Sample;
+    /// What the board itself has found wrong with this sample or with the last
+    /// command; after [`sample`](Self::sample).
+    fn finding(&mut self) -> Option<Finding>;
     /// Writes the valve's converter.
     fn write_valve(&mut self, code: DacCode);
 }
@@ -89,6 +93,8 @@ pub struct Parts<B: Board> {
     pub watchdog: B::Watchdog,
     /// Why the board started.
     pub reset_cause: ResetCause,
+    /// What is wrong with the board.
+    pub finding: Option<Finding>,
 }
 
 /// A board.

@@ -73,7 +73,9 @@ mod tests {
         let mut bus = Mock::new(&expected);
         let mut converter = Dac8563::new(bus.clone());
         converter.configure().expect("the mock carries it");
-        converter.write(DacCode(0x8001)).expect("the mock carries it");
+        converter
+            .write(DacCode(0x8001))
+            .expect("the mock carries it");
         bus.done();
     }
 }

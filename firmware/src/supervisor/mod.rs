@@ -204,7 +204,11 @@ impl Supervisor {
         if self.state == State::Fault {
             return State::Fault;
         }
-        match self.pending.take().or_else(|| self.judge(axis, sample, measured)) {
+        match self
+            .pending
+            .take()
+            .or_else(|| self.judge(axis, sample, measured))
+        {
             Some(finding) => self.trip(finding, sample.tick),
             None => self.go_on(sample),
         }
@@ -250,7 +254,10 @@ impl Supervisor {
     ) -> Option<Finding> {
         let limits = &self.limits;
         let stream = &mut self.stream;
-        let elapsed = match limits.stream.elapsed(stream, sample.tick, &mut self.counters) {
+        let elapsed = match limits
+            .stream
+            .elapsed(stream, sample.tick, &mut self.counters)
+        {
             Ok(elapsed) => elapsed,
             Err(finding) => return Some(finding),
         };

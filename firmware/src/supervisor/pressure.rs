@@ -73,9 +73,10 @@ impl PressureState {
         (open_flow_m3_per_s, time_s): (f32, f32),
     ) -> Option<Finding> {
         let flow_w = flow_w(axis, side, step);
-        let motion_w =
-            side.chamber.area_m2 * side.chamber.length_per_position * step.now.velocity_m_per_s
-                * side.pressure_pa;
+        let motion_w = side.chamber.area_m2
+            * side.chamber.length_per_position
+            * step.now.velocity_m_per_s
+            * side.pressure_pa;
         let share = (time_s * (1.0 / MEMORY_S)).min(1.0);
         self.work_j += time_s * (flow_w - motion_w) - share * self.work_j;
         self.terms_j += time_s * (flow_w.abs() + motion_w.abs()) - share * self.terms_j;

@@ -12,6 +12,7 @@ use cortex_m_semihosting::debug;
 use device::Interrupt;
 use firmware::codes::DacCode;
 use firmware::control_task::Sample;
+use firmware::fault::Finding;
 use firmware::start::ResetCause;
 
 /// The machine.
@@ -36,6 +37,7 @@ impl Board for Mps2 {
             serial_out,
             watchdog: NoWatchdog,
             reset_cause: ResetCause::PowerOn,
+            finding: None,
         }
     }
 
@@ -70,6 +72,10 @@ impl Axis for PlantAxis {
             rtic::pend(Interrupt::TIM7);
         }
         *streamed
+    }
+
+    fn finding(&mut self) -> Option<Finding> {
+        None
     }
 
     fn write_valve(&mut self, code: DacCode) {

@@ -80,7 +80,10 @@ pub fn start(rcc: &RCC, flash: &FLASH, power: &PWR) -> Clocks {
 /// internal oscillator and raises the non-maskable interrupt.
 fn start_crystal(rcc: &RCC) -> Result<(), ClockFault> {
     rcc.cr().modify(|_, w| w.hseon().set_bit());
-    wait(|| rcc.cr().read().hserdy().bit_is_set(), ClockFault::Crystal)?;
+    wait(
+        || rcc.cr().read().hserdy().bit_is_set(),
+        ClockFault::Crystal,
+    )?;
     rcc.cr().modify(|_, w| w.csson().set_bit());
     Ok(())
 }

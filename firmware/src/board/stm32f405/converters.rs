@@ -5,16 +5,16 @@
 //! that is the control task. ADC2 measures what the valve's amplifier puts out.
 //!
 //! Time: the ADC's clock is APB2 / 4 = 21 MHz; 28 cycles of sampling and 12 of
-//! conversion are 1.9 us, 16 ranks 30.5 us. Sampling 28 cycles charges the
-//! sampling capacitor (7 pF behind 6 kOhm, DS8626 table 67) from the 10 nF of the
-//! input's filter with an error of 7 pF / 10 nF = 0.07 %, gone by the next round
-//! 7.6 us later through the filter's amplifier.
+//! conversion are 1.9 us, 16 ranks 30.5 us. The sampling capacitor (4 pF, behind
+//! 6 kOhm at most: DS8626 table 67) takes its charge from the 10 nF at the pin,
+//! which loses 0.04 % of the step between channels and has it back from its
+//! amplifier through 100 Ohm within the 7.6 us to its next turn.
 
 use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
 use firmware::codes::{AdcCode, FAILED_CONVERSION};
+use stm32f4xx_hal::pac::adc_common::ccr::ADCPRE;
 use stm32f4xx_hal::pac::adc1::cr2::{EXTEN, EXTSEL};
 use stm32f4xx_hal::pac::adc1::smpr2::SMP10;
-use stm32f4xx_hal::pac::adc_common::ccr::ADCPRE;
 use stm32f4xx_hal::pac::tim2::cr2::MMS;
 use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, ADC2, DMA2, RCC, TIM2};
 
@@ -119,7 +119,8 @@ impl Converters {
         unsafe {
             adc.sqr3().write(|w| w.bits(packed(0, 6)));
             adc.sqr2().write(|w| w.bits(packed(6, 12)));
-            adc.sqr1().write(|w| w.bits(LAST_RANK << 20 | packed(12, RANKS)));
+            adc.sqr1()
+                .write(|w| w.bits(LAST_RANK << 20 | packed(12, RANKS)));
         }
     }
 
@@ -136,7 +137,8 @@ impl Converters {
     /// until both sides are armed again.
     pub fn arm(&mut self) {
         let (adc, stream) = (&self.sensors, self.dma.st(0));
-        adc.cr2().modify(|_, w| w.dma().clear_bit().exten().disabled());
+        adc.cr2()
+            .modify(|_, w| w.dma().clear_bit().exten().disabled());
         adc.sr().modify(|_, w| w.ovr().clear_bit());
         stream.cr().modify(|_, w| w.en().clear_bit());
         // The stream may finish one transfer first: two cycles of the AHB.
@@ -192,12 +194,21 @@ impl Converters {
         }
     }
 
-    /// The valve's voltage as measured after the last call, and starts the next
-    /// measurement; `None` if it is not there.
+    /// Whether the next tick's conversions are complete.
+    pub fn is_complete(&self) -> bool {
+        self.dma.lisr().read().tcif0().bit_is_set()
+    }
+
+    /// Starts to measure the valve's voltage.
+    pub fn measure_valve(&mut self) {
+        self.valve.sr().modify(|_, w| w.eoc().clear_bit());
+        self.valve.cr2().modify(|_, w| w.swstart().set_bit());
+    }
+
+    /// The valve's voltage, 2 us after it was started; `None` if it is not there.
     pub fn valve_voltage(&mut self) -> Option<AdcCode> {
         let is_there = self.valve.sr().read().eoc().bit_is_set();
-        let steps = self.valve.dr().read().data().bits();
-        self.valve.cr2().modify(|_, w| w.swstart().set_bit());
+        let steps = self.valve.dr().read().data().bits() & 0x0FFF;
         is_there.then_some(AdcCode(steps << 4))
     }
 }

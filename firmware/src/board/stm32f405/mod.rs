@@ -4,7 +4,8 @@
 //! |---|---|---|
 //! | PA0, PA1, PA2 | pressures a, b and supply, 0..10 V behind a divider | ADC1 |
 //! | PA3 | velocity, +-10 V behind a divider with an offset | ADC1 |
-//! | PA4 | valve, to the amplifier | DAC |
+//! | PA4 | valve, to switch and amplifier | DAC |
+//! | PB9 | switch: low centres the valve, high gives it the converter | |
 //! | PC0 | valve, behind the amplifier | ADC2 |
 //! | PB12 to PB15 | position: select, clock, in, out | SPI2 |
 //! | PA15, PC10, PC12 | valve with `spi-dac`: select, clock, out | SPI3 |
@@ -25,18 +26,19 @@ mod valve;
 mod watchdog;
 
 use super::{Axis, Board, Parts, Stopwatch};
-use clocks::Clocks;
+use clocks::{ClockFault, Clocks};
 use converters::Converters;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{DWT, SCB, SYST};
 use defmt_rtt as _;
 use firmware::codes::{AdcCodes, DacCode};
 use firmware::control_task::Sample;
+use firmware::fault::{Fault, Finding};
 use firmware::parts::ads8681::{Ads8681, Span};
 use spi::{Bus, CoreDelay, Device, Edge};
 use stm32f4xx_hal::gpio::{GpioExt, Output, PB12, PinState, Speed};
 use stm32f4xx_hal::pac::{self, SPI2};
-use valve::Valve;
+use valve::Converter;
 use watchdog::Watchdog;
 
 /// The chip's interrupts.
@@ -75,8 +77,16 @@ impl Board for Stm32f405 {
             chip.GPIOC.split(rcc),
         );
         let _analogue = (
-            (a.pa0.into_analog(), a.pa1.into_analog(), a.pa2.into_analog()),
-            (a.pa3.into_analog(), a.pa4.into_analog(), c.pc0.into_analog()),
+            (
+                a.pa0.into_analog(),
+                a.pa1.into_analog(),
+                a.pa2.into_analog(),
+            ),
+            (
+                a.pa3.into_analog(),
+                a.pa4.into_analog(),
+                c.pc0.into_analog(),
+            ),
         );
         let _serial = (
             a.pa9.into_alternate::<7>().speed(Speed::Medium),
@@ -102,14 +112,14 @@ impl Board for Stm32f405 {
         }
 
         #[cfg(not(feature = "spi-dac"))]
-        let valve = Valve::start(rcc, chip.DAC);
+        let valve = Converter::start(rcc, chip.DAC);
         #[cfg(feature = "spi-dac")]
         let valve = {
             rcc.apb1enr().modify(|_, w| w.spi3en().set_bit());
             let _clock = c.pc10.into_alternate::<6>().speed(Speed::High);
             let _out = c.pc12.into_alternate::<6>().speed(Speed::High);
             let select = a.pa15.into_push_pull_output_in_state(PinState::High);
-            Valve::start(Bus::new(chip.SPI3, Edge::Second), select, delay)
+            Converter::start(Bus::new(chip.SPI3, Edge::Second), select, delay)
         };
 
         let (serial_in, serial_out) = serial::start(rcc, chip.USART1, clocks.apb2_hz);
@@ -123,6 +133,8 @@ impl Board for Stm32f405 {
         start_supervision(&mut core.SYST, clocks.core_hz);
         watchdog.end_patience();
 
+        let _switch = b.pb9.into_push_pull_output_in_state(PinState::High);
+
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
         Parts {
@@ -130,6 +142,8 @@ impl Board for Stm32f405 {
                 converters,
                 position,
                 valve,
+                written: valve::MIDDLE,
+                has_overrun: false,
                 tick: 0,
             },
             stopwatch: CycleCounter { from: 0 },
@@ -137,6 +151,7 @@ impl Board for Stm32f405 {
             serial_out,
             watchdog,
             reset_cause,
+            finding: clocks.fault.map(finding_of),
         }
     }
 
@@ -169,6 +184,13 @@ fn SysTick() {
     rtic::pend(pac::Interrupt::TIM7);
 }
 
+fn finding_of(fault: ClockFault) -> Finding {
+    Fault::ClockFailed.at(match fault {
+        ClockFault::Crystal => 0,
+        ClockFault::Pll => 1,
+    })
+}
+
 /// Tells the log, if somebody listens.
 fn tell(clocks: &Clocks, flash: &pac::FLASH) {
     defmt::info!("core at {} Hz", clocks.core_hz);
@@ -181,13 +203,38 @@ fn tell(clocks: &Clocks, flash: &pac::FLASH) {
 pub struct RealAxis {
     converters: Converters,
     position: Ads8681<Device<SPI2, PB12<Output>>, CoreDelay>,
-    valve: Valve,
+    valve: Converter,
+    /// The last command, which is put out from the next tick's begin on.
+    written: DacCode,
+    /// A tick began before the last command was written.
+    has_overrun: bool,
     tick: u32,
+}
+
+/// How far the valve's voltage may be from its command, in codes: 200 mV, the
+/// sum of the worst errors of converter, amplifier, divider and ADC being 120 mV
+/// (docs/hardware.md).
+const VOLTAGE_TOLERANCE: u16 = 1_311;
+
+impl RealAxis {
+    fn valve_finding(&mut self) -> Option<Finding> {
+        let expected = Converter::as_put_out(self.written);
+        if self.valve.output() != expected {
+            return Some(Fault::DacMismatch.at(0));
+        }
+        let is_there = self
+            .converters
+            .valve_voltage()
+            .is_some_and(|voltage| voltage.0.abs_diff(expected.0) <= VOLTAGE_TOLERANCE);
+        (!is_there).then(|| Fault::DacMismatch.at(1))
+    }
 }
 
 impl Axis for RealAxis {
     fn sample(&mut self, streamed: &Sample) -> Sample {
+        self.valve.begin_tick();
         let conversions = self.converters.take();
+        self.converters.measure_valve();
         let position = self.position.convert();
         self.tick = self.tick.wrapping_add(1);
         // The ring of the serial line is looked at each tick.
@@ -205,8 +252,17 @@ impl Axis for RealAxis {
         }
     }
 
+    fn finding(&mut self) -> Option<Finding> {
+        if core::mem::take(&mut self.has_overrun) {
+            return Some(Fault::TaskOverrun.at(0));
+        }
+        self.valve_finding()
+    }
+
     fn write_valve(&mut self, code: DacCode) {
         self.valve.write(code);
+        self.written = code;
+        self.has_overrun = self.converters.is_complete();
     }
 }
 

@@ -15,7 +15,7 @@ pub use own::Converter;
 pub use spi::Converter;
 
 /// The middle of the valve's range.
-const MIDDLE: DacCode = DacCode(0x8000);
+pub const MIDDLE: DacCode = DacCode(0x8000);
 
 /// The chip's own converter, 12 bits.
 #[cfg(not(feature = "spi-dac"))]
