@@ -187,18 +187,13 @@ mod app {
            local = [serial_in, decoder])]
     fn receive(mut context: receive::Context) {
         let decoder = context.local.decoder;
-        while let Some(byte) = context.local.serial_in.next_byte() {
-            match decoder.feed(byte) {
-                Received::Nothing => {}
-                Received::Payload(payload) => take(payload, &mut context.shared),
-                Received::Dropped => {
-                    let dropped = decoder.dropped();
-                    context
-                        .shared
-                        .report
-                        .lock(|report| report.dropped_frames = dropped);
-                }
-            }
+        let Some(byte) = context.local.serial_in.byte() else {
+            return;
+        };
+        match decoder.feed(byte) {
+            Received::Nothing => {}
+            Received::Payload(payload) => take(payload, &mut context.shared),
+            Received::Dropped => context.shared.report.lock(count_dropped),
         }
     }
 
@@ -219,10 +214,12 @@ mod app {
             Some(FromPlant::Inject(finding)) if Chosen::ANSWERS_PLANT => shared
                 .control_task
                 .lock(|control_task| control_task.note_fault(finding)),
-            Some(FromPlant::Inject(_)) | None => shared
-                .report
-                .lock(|report| report.dropped_frames = report.dropped_frames.saturating_add(1)),
+            Some(FromPlant::Inject(_)) | None => shared.report.lock(count_dropped),
         }
+    }
+
+    fn count_dropped(report: &mut Report) {
+        report.dropped_frames = report.dropped_frames.saturating_add(1);
     }
 
     #[task(binds = TIM7, priority = 2, shared = [report, status_is_due],
@@ -282,10 +279,16 @@ mod app {
     }
 }
 
-/// A defect outside the control path, which holds no panic: the cause is kept
-/// over the reset, nothing waits for a debugger.
+/// A defect outside the control path, which holds no panic.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
+    panicked()
+}
+
+/// The cause is kept over the reset; nothing waits for a debugger. A function of
+/// its own: `cargo xtask size` looks in the image for what reaches it.
+#[inline(never)]
+fn panicked() -> ! {
     cortex_m::interrupt::disable();
     board::keep(firmware::start::PANIC);
     Chosen::give_up()

@@ -21,6 +21,7 @@ use firmware::control_task::Sample;
 use firmware::fault::Finding;
 use firmware::start::ResetCause;
 
+mod exceptions;
 mod kept;
 
 #[cfg(feature = "mps2")]
@@ -63,8 +64,9 @@ pub trait Stopwatch {
 
 /// The serial line, inwards.
 pub trait SerialIn {
-    /// The next byte that has arrived.
-    fn next_byte(&mut self) -> Option<u8>;
+    /// The byte that raised the interrupt, which is acknowledged; `None` where it
+    /// came damaged. One more byte raises it again.
+    fn byte(&mut self) -> Option<u8>;
 }
 
 /// The serial line, outwards. Called by the lowest task only: it may wait for the line.

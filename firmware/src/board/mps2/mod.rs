@@ -68,7 +68,7 @@ pub struct PlantAxis {
 
 impl Axis for PlantAxis {
     fn sample(&mut self, streamed: &Sample) -> Sample {
-        if streamed.tick % TICKS_PER_SUPERVISION == 0 {
+        if streamed.tick.is_multiple_of(TICKS_PER_SUPERVISION) {
             rtic::pend(Interrupt::TIM7);
         }
         *streamed

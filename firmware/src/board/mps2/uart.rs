@@ -12,7 +12,6 @@ const INTERRUPT_CLEAR: *mut u32 = (BASE + 0xC) as *mut u32;
 const BAUD_DIVIDER: *mut u32 = (BASE + 0x10) as *mut u32;
 
 const STATE_TRANSMIT_FULL: u32 = 1 << 0;
-const STATE_RECEIVE_FULL: u32 = 1 << 1;
 const CONTROL_TRANSMIT: u32 = 1 << 0;
 const CONTROL_RECEIVE: u32 = 1 << 1;
 const CONTROL_RECEIVE_INTERRUPT: u32 = 1 << 3;
@@ -35,14 +34,12 @@ pub fn start() -> (Receiver, Transmitter) {
 pub struct Receiver(());
 
 impl SerialIn for Receiver {
-    fn next_byte(&mut self) -> Option<u8> {
+    fn byte(&mut self) -> Option<u8> {
         // SAFETY: UART 0's registers; reading data and clearing the receive
-        // interrupt is this type's alone.
+        // interrupt is this type's alone. Cleared first: a byte that comes after
+        // the reading raises it anew.
         unsafe {
             write_volatile(INTERRUPT_CLEAR, INTERRUPT_RECEIVE);
-            if read_volatile(STATE) & STATE_RECEIVE_FULL == 0 {
-                return None;
-            }
             let [byte, ..] = read_volatile(DATA).to_le_bytes();
             Some(byte)
         }

@@ -7,7 +7,7 @@
 
 use super::super::{SerialIn, SerialOut};
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
-use stm32f4xx_hal::pac::{DMA2, RCC, USART1, dma2, usart1};
+use stm32f4xx_hal::pac::{DMA2, Interrupt, RCC, USART1, dma2, usart1};
 
 /// Bits a second.
 const BAUD: u32 = 1_000_000;
@@ -73,16 +73,24 @@ pub struct Receiver {
 }
 
 impl SerialIn for Receiver {
-    fn next_byte(&mut self) -> Option<u8> {
-        let left = usize::from(stream().ndtr().read().ndt().bits());
-        let arrived = RING_BYTES.wrapping_sub(left) % RING_BYTES;
-        if arrived == self.taken {
+    fn byte(&mut self) -> Option<u8> {
+        if self.arrived() == self.taken {
             acknowledge_pause();
             return None;
         }
         let byte = RING.get(self.taken)?.load(Relaxed);
         self.taken = (self.taken + 1) % RING_BYTES;
+        // The next byte is the next interrupt's; one too many finds none.
+        rtic::pend(Interrupt::USART1);
         Some(byte)
+    }
+}
+
+impl Receiver {
+    /// Place in the ring that the DMA fills next.
+    fn arrived(&self) -> usize {
+        let left = usize::from(stream().ndtr().read().ndt().bits());
+        RING_BYTES.wrapping_sub(left) % RING_BYTES
     }
 }
 
