@@ -74,7 +74,7 @@ fn wide(address: u32, first: u32, second: u32) -> Effect {
         // SUB.W SP, SP, register.
         both if both & 0xFFEF_0F00 == 0xEBAD_0D00 => Effect::Unknown,
         // LDR PC: also a return, from the stack (`LDR PC, [SP], #4`).
-        both if both & 0xFFFF_FFFF == 0xF85D_FB04 => Effect::None,
+        0xF85D_FB04 => Effect::None,
         both if both & 0xFF70_F000 == 0xF850_F000 => Effect::Indirect,
         // BL; B.W; B.W with a condition (14 and 15 are others).
         both if both & 0xF800_D000 == 0xF000_D000 => from_here(far_offset(first, second)),
@@ -95,11 +95,8 @@ fn wide(address: u32, first: u32, second: u32) -> Effect {
 fn far_offset(first: u32, second: u32) -> u32 {
     let sign = first >> 10 & 1;
     let bit = |place: u32| 1 ^ (second >> place & 1) ^ sign;
-    let offset = sign << 24
-        | bit(13) << 23
-        | bit(11) << 22
-        | (first & 0x3FF) << 12
-        | (second & 0x7FF) << 1;
+    let offset =
+        sign << 24 | bit(13) << 23 | bit(11) << 22 | (first & 0x3FF) << 12 | (second & 0x7FF) << 1;
     signed(offset, 25)
 }
 
@@ -151,6 +148,15 @@ mod tests {
         assert_eq!(effect(0, 0xF5AD, 0x6D80), Effect::Push(1024));
         assert_eq!(effect(0, 0xF2AD, 0x4D14), Effect::Push(1044));
         assert_eq!(effect(0, 0xF84D, 0xBD04), Effect::Push(4));
+        // strd r0, r1, [sp, #-16]!; sub.w sp, sp, #0xff00ff; sub.w sp, sp, r4.
+        assert_eq!(effect(0, 0xE96D, 0x0104), Effect::Push(16));
+        assert_eq!(effect(0, 0xF1AD, 0x1DFF), Effect::Push(0xFF_00FF));
+        assert_eq!(effect(0, 0xEBAD, 0x0D04), Effect::Unknown);
+        // bl far ahead and far back; ldr pc, [sp], #4; ldr.w pc, [r0, r1, lsl #2].
+        assert_eq!(effect(0x344A, 0xF123, 0xFA29), Effect::GoTo(0x12_68A0));
+        assert_eq!(effect(0x344E, 0xF6DC, 0xFDD3), Effect::GoTo(0xFFED_FFF8));
+        assert_eq!(effect(0, 0xF85D, 0xFB04), Effect::None);
+        assert_eq!(effect(0, 0xF850, 0xF021), Effect::Indirect);
         // bx lr; blx r3; bx r1; mov pc, r2; mov sp, r7; udf #254; svc 0.
         assert_eq!(effect(0, 0x4770, 0), Effect::None);
         assert_eq!(effect(0, 0x4798, 0), Effect::Indirect);

@@ -81,8 +81,8 @@ impl<R: Real> AreaTable<R> {
         let last = self.length - 1;
         let area = if stretched <= R::ZERO {
             self.areas_m2[0]
-        } else if stretched >= self.openings_v[last] {
-            self.areas_m2[last]
+        } else if stretched >= at(&self.openings_v, last) {
+            at(&self.areas_m2, last)
         } else {
             let above = self.first_above(&self.openings_v, stretched);
             interpolate(&self.openings_v, &self.areas_m2, above, stretched)
@@ -95,12 +95,12 @@ impl<R: Real> AreaTable<R> {
     /// runs backwards.
     pub fn opening_v(&self, flow: R, flow_per_m2: R) -> (R, bool) {
         let last = self.length - 1;
-        let full_v = self.openings_v[last] * self.opening_stretch;
+        let full_v = at(&self.openings_v, last) * self.opening_stretch;
         if flow_per_m2 <= R::ZERO {
             return (R::ZERO, false);
         }
         let area = flow / flow_per_m2 / self.area_scale;
-        if area > self.areas_m2[last] {
+        if area > at(&self.areas_m2, last) {
             return (full_v, false);
         }
         if area < self.areas_m2[0] {
@@ -114,11 +114,17 @@ impl<R: Real> AreaTable<R> {
     /// Index of the first entry above `value`, or the last one; at least 1.
     fn first_above(&self, column: &[R; TABLE_CAPACITY], value: R) -> usize {
         let mut above = 1;
-        while above < self.length - 1 && column[above] <= value {
+        while above < self.length - 1 && at(column, above) <= value {
             above += 1;
         }
         above
     }
+}
+
+/// The entry at this place, or the last one: no place panics.
+#[inline]
+fn at<R: Real>(column: &[R; TABLE_CAPACITY], place: usize) -> R {
+    column[place.min(TABLE_CAPACITY - 1)]
 }
 
 /// y at x, on the line through the points `above - 1` and `above`.
@@ -128,8 +134,9 @@ fn interpolate<R: Real>(
     above: usize,
     x: R,
 ) -> R {
-    let (x0, x1) = (xs[above - 1], xs[above]);
-    let (y0, y1) = (ys[above - 1], ys[above]);
+    let below = above.saturating_sub(1);
+    let (x0, x1) = (at(xs, below), at(xs, above));
+    let (y0, y1) = (at(ys, below), at(ys, above));
     if x1 > x0 {
         y0 + (x - x0) * ((y1 - y0) / (x1 - x0))
     } else {

@@ -1,0 +1,124 @@
+//! The firmware in QEMU answers as the same control code does on the host: the
+//! same bytes for the same samples, whatever comes.
+//!
+//! Without QEMU these tests say so and pass; in continuous integration they fail.
+
+use firmware::codes::AdcCodes;
+use firmware::control_task::{ControlTask, Sample};
+use firmware::cost::Report;
+use firmware::{frame, link};
+use model_core::controller::Controller;
+use model_core::paper;
+use model_core::reference::Reference;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use xtask::plant::{Link, Plant};
+use xtask::qemu::Machine;
+use xtask::{image, qemu};
+
+/// The firmware's own start: the paper's axis, as long as there are no settings.
+fn host_controller() -> ControlTask {
+    ControlTask::new(Controller::new(paper::axis()))
+}
+
+/// The image, or `None` where nothing can run it.
+fn image() -> Option<PathBuf> {
+    if let Err(failure) = qemu::need_qemu() {
+        assert!(std::env::var_os("CI").is_none(), "{failure}");
+        println!("SKIPPED: the firmware in QEMU: {failure}");
+        return None;
+    }
+    Some(image::build(image::MPS2).expect("the image builds"))
+}
+
+/// Sends the samples, and one in so many first as a damaged copy, which must be
+/// dropped; holds each answer against the host's.
+fn compare(image: &Path, samples: &[Sample], damage_every: u32) -> Report {
+    let (machine, address) = Machine::start(image, &[]).expect("QEMU starts");
+    let mut plant_end = Link::connect(address).expect("the firmware greets");
+    let mut host = host_controller();
+    for sample in samples {
+        if sample.tick % damage_every == damage_every - 1 {
+            let mut damaged = frame::encode(&link::sample(sample)).expect("it fits");
+            // Not to nought, which would end the frame and make two of it.
+            damaged[5] ^= if damaged[5] == 0x10 { 0x20 } else { 0x10 };
+            plant_end.send_bytes(&damaged).expect("it is sent");
+        }
+        let expected = link::command(&host.tick(sample));
+        let answer = plant_end.exchange(sample).expect("it answers");
+        assert_eq!(answer[..], expected[..], "tick {}", sample.tick);
+    }
+    let report = plant_end.end().expect("it tells of itself");
+    let status = machine.wait(Duration::from_secs(10)).expect("it ends");
+    assert!(status.success(), "{status}");
+    report
+}
+
+#[test]
+fn val_host_and_qemu_answer_alike_in_motion_and_twice() {
+    let Some(image) = image() else { return };
+    let mut host = host_controller();
+    let mut plant = Plant::default();
+    let mut samples = Vec::new();
+    for _ in 0..5000 {
+        let sample = plant.sample();
+        samples.push(sample);
+        let answer = link::command(&host.tick(&sample));
+        plant.apply(&link::read_command(&answer).expect("an answer"));
+    }
+    let moved = |sample: &Sample| (sample.codes.position.0).abs_diff(32_768);
+    let furthest = samples.iter().map(moved).max();
+    assert!(furthest > Some(5000), "the axis moves: {furthest:?} codes");
+    let report = compare(&image, &samples, 500);
+    assert_eq!((report.cost.ticks, report.dropped_frames), (5000, 10));
+    assert_eq!(report.lost_commands, 0);
+    let again = compare(&image, &samples, 500);
+    assert_eq!(
+        again, report,
+        "also the instructions are the same every time"
+    );
+}
+
+#[test]
+fn prop_host_and_qemu_answer_alike_whatever_comes() {
+    let Some(image) = image() else { return };
+    let mut random = Random(1);
+    let samples: Vec<Sample> = (0..3000).map(|tick| random.sample(tick)).collect();
+    let report = compare(&image, &samples, 7);
+    assert_eq!(report.dropped_frames, 3000 / 7);
+}
+
+/// Marsaglia's xorshift, 32 bits, shifts 13, 17, 5.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    /// Any codes at all; a reference that may be any bits at all.
+    fn sample(&mut self, tick: u32) -> Sample {
+        let codes = [0; 5].map(|_: u16| (self.next() >> 16) as u16);
+        let is_sane = !self.next().is_multiple_of(4);
+        let mut value = || {
+            let bits = self.next();
+            if is_sane {
+                (bits as i32 as f32) * 1e-10
+            } else {
+                f32::from_bits(bits)
+            }
+        };
+        Sample {
+            tick,
+            codes: AdcCodes::from_array(codes),
+            reference: Reference {
+                position_m: value(),
+                velocity_m_per_s: value(),
+                acceleration_m_per_s2: value(),
+            },
+        }
+    }
+}
