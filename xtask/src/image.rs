@@ -8,8 +8,10 @@ use std::process::Command;
 
 /// The machine mps2-an386 of QEMU, as the firmware's feature is named.
 pub const MPS2: &str = "mps2";
+/// The chip between real converters and a real valve, as the feature is named.
+pub const STM32F405: &str = "stm32f405";
 /// The boards that the application is built for.
-pub const BOARDS: [&str; 1] = [MPS2];
+pub const BOARDS: [&str; 2] = [MPS2, STM32F405];
 /// The profile of Cargo.toml that images are built with.
 const PROFILE: &str = "chip";
 

@@ -8,12 +8,13 @@
 //! - `lint`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
 //! - `evidence`: the diagnoses of the real recordings and their generated table
-//! - `image`: building the images that boards run
+//! - `image` and `artefact`: building the images that boards run; as files for flashing tools
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
 //! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
 //! - `demo`: the demonstration report
 
 mod apt;
+mod artefact;
 mod bench;
 mod call_graph;
 mod checks;
@@ -42,6 +43,7 @@ cargo xtask <task>
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
         [--table-only]    write it from the last run
   evidence                diagnose the real recordings, write docs/evidence.md
+  image                   the STM32F405's image as files for flashing tools, in out/firmware
   qemu --serial 127.0.0.1:PORT [--rig RIG.toml] [--seconds N]
                           the firmware in QEMU, waiting for a plant that connects
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
@@ -70,6 +72,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("demo", []) => demo::run(),
         ("evidence", []) => evidence::run(),
         ("bench", options) => bench::run(options),
+        ("image", []) => artefact::run(),
         ("qemu", options) => qemu::run(options),
         ("size", options) => size::run(options),
         _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),
