@@ -7,8 +7,8 @@
 //! | APB1: SPI2, SPI3, DAC (timers twice that) | 42 MHz | 8 MHz |
 //! | APB2: USART1, ADC (ADC a quarter of that) | 84 MHz | 16 MHz |
 //!
-//! Figures: RM0090 chapters 3.5.1 (wait states), 5.1.3 (voltage scale), 7.2 and
-//! 7.3; DS8626 tables 39 and 41 (start-up times).
+//! Figures: the chip's reference manual RM0090, on wait states, voltage scale and
+//! clocks; its data sheet DS8626 on start-up times.
 
 use stm32f4xx_hal::pac::rcc::cfgr::{PPRE1, SW};
 use stm32f4xx_hal::pac::rcc::pllcfgr::{PLLP, PLLSRC};

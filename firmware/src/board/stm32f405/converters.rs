@@ -6,7 +6,7 @@
 //!
 //! Time: the ADC's clock is APB2 / 4 = 21 MHz; 28 cycles of sampling and 12 of
 //! conversion are 1.9 us, 16 ranks 30.5 us. The sampling capacitor (4 pF, behind
-//! 6 kOhm at most: DS8626 table 67) takes its charge from the 10 nF at the pin,
+//! 6 kOhm at most: data sheet DS8626) takes its charge from the 10 nF at the pin,
 //! which loses 0.04 % of the step between channels and has it back from its
 //! amplifier through 100 Ohm within the 7.6 us to its next turn.
 
@@ -151,7 +151,7 @@ impl Converters {
             stream.par().write(|w| w.bits(adc.dr().as_ptr() as u32));
             stream.m0ar().write(|w| w.bits(RANK_CODES.as_ptr() as u32));
         }
-        // Channel 0 is ADC1 (RM0090 table 43).
+        // Channel 0, the one after reset, is ADC1.
         stream.cr().write(|w| {
             w.msize().bits16().psize().bits16().minc().set_bit();
             w.circ().set_bit().pl().very_high();

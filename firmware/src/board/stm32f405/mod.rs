@@ -212,7 +212,7 @@ pub struct RealAxis {
 }
 
 /// How far the valve's voltage may be from its command, in codes: 200 mV, the
-/// sum of the worst errors of converter, amplifier, divider and ADC being 120 mV
+/// sum of the worst errors of converter, amplifier, divider and ADC being 144 mV
 /// (docs/hardware.md).
 const VOLTAGE_TOLERANCE: u16 = 1_311;
 

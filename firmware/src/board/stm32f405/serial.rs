@@ -15,7 +15,7 @@ const BAUD: u32 = 921_600;
 /// Bytes that may wait: 2.8 ms of a line that never rests, and a tick looks at
 /// least every millisecond.
 const RING_BYTES: usize = 256;
-/// DMA2's stream and channel of the receiver (RM0090 table 43).
+/// DMA2's stream and channel of the receiver: RM0090, DMA2 request mapping.
 const STREAM: usize = 5;
 const CHANNEL: u8 = 4;
 /// Looks at a flag before it counts as never coming: a byte takes 1823 cycles of

@@ -1,7 +1,7 @@
 //! Independent watchdog, with its own oscillator: once started, only a reset
 //! stops it.
 //!
-//! The oscillator runs at 17 to 47 kHz (DS8626 table 44), 32 kHz nominal: all
+//! The oscillator runs at 17 to 47 kHz (data sheet DS8626), 32 kHz nominal: all
 //! times of the watchdog may be 0.68 to 1.9 times the nominal.
 
 use stm32f4xx_hal::pac::IWDG;
@@ -11,7 +11,7 @@ const PRESCALER: u8 = 2;
 /// 100 ms nominal, 68 ms at least: six periods of the supervisor.
 const USUAL: u16 = 200;
 /// 2 s nominal, 1.36 s at least: erasing a sector of 16 KiB holds the core, which
-/// runs from the flash, for 0.5 s, 0.8 s at worst (DS8626 table 48).
+/// runs from the flash, for 0.5 s, 0.8 s at worst.
 const PATIENT: u16 = 4_000;
 /// Looks at a flag before it counts as never coming: an update takes five
 /// periods, 0.3 ms at worst, which are 50 000 cycles; a look at least 5.
