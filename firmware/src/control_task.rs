@@ -2,6 +2,7 @@
 
 use crate::codes::{AdcCodes, CommandShaper, DacCode};
 use crate::fault::{Fault, Finding};
+use crate::link::Order;
 use crate::start::ResetCause;
 use crate::status::{Counters, FaultMemory, Status};
 use crate::supervisor::Supervisor;
@@ -113,6 +114,17 @@ impl ControlTask {
             *overruns = overruns.saturating_add(1);
         }
         self.supervisor.note(finding);
+    }
+
+    /// Does as it is told; whether there was anything to do.
+    pub fn obey(&mut self, order: Order) -> bool {
+        match order {
+            Order::Acknowledge => self.acknowledge(),
+            Order::Inject(finding) => {
+                self.note_fault(finding);
+                true
+            }
+        }
     }
 
     /// What the board counts.

@@ -12,11 +12,16 @@
 //! | [`frame`] | COBS frames with a CRC over a byte stream |
 //! | [`link`] | the lock-step link between controller and plant |
 //! | [`parts`] | converters on a serial bus, one file per part |
+//! | [`settings`] | the rig's parameters: judged, kept, transferred |
 //! | [`start`] | why a board started, and what it remembers from before |
 //! | [`status`] | counters, the status report, what outlives a reset |
 //! | [`supervisor`] | states, limits, checks |
+//! | [`telemetry`] | what happens at every tick, streamed |
 #![no_std]
 #![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
 
 pub mod codes;
 pub mod control_task;
@@ -25,6 +30,8 @@ pub mod fault;
 pub mod frame;
 pub mod link;
 pub mod parts;
+pub mod settings;
 pub mod start;
 pub mod status;
 pub mod supervisor;
+pub mod telemetry;

@@ -43,7 +43,14 @@ pub enum FromPlant {
     Sample(Sample),
     /// The end of the run.
     End,
-    /// Leave the fault, see [`crate::control_task::ControlTask::acknowledge`].
+    /// Something to do before the next sample.
+    Order(Order),
+}
+
+/// What the controller is told to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Leave the fault.
     Acknowledge,
     /// Behave as if the board had seen this.
     Inject(Finding),
@@ -52,7 +59,7 @@ pub enum FromPlant {
 /// Reads the fields of a payload one after the other.
 pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 
-impl Fields<'_> {
+impl<'a> Fields<'a> {
     pub(crate) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (head, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;
@@ -67,8 +74,12 @@ impl Fields<'_> {
     pub(crate) fn u32(&mut self) -> Option<u32> {
         self.take().map(u32::from_le_bytes)
     }
-    fn f32(&mut self) -> Option<f32> {
+    pub(crate) fn f32(&mut self) -> Option<f32> {
         self.take().map(f32::from_le_bytes)
+    }
+    /// All that is left.
+    pub(crate) fn rest(self) -> &'a [u8] {
+        self.0
     }
     /// `value` if nothing is left over.
     pub(crate) fn end<T>(self, value: T) -> Option<T> {
@@ -104,13 +115,13 @@ pub fn from_plant(payload: &[u8]) -> Option<FromPlant> {
             fields.end(FromPlant::Sample(sample))
         }
         kind if kind == Kind::End as u8 => fields.end(FromPlant::End),
-        kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Acknowledge),
+        kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Order(Order::Acknowledge)),
         kind if kind == Kind::Inject as u8 => {
             let finding = Finding {
                 fault: Fault::from_code(fields.u8()?)?,
                 detail: fields.u8()?,
             };
-            fields.end(FromPlant::Inject(finding))
+            fields.end(FromPlant::Order(Order::Inject(finding)))
         }
         _ => None,
     }
@@ -138,15 +149,14 @@ pub fn hello_tick_period_ns(payload: &[u8]) -> Option<u32> {
 
 /// The answer to a sample.
 pub fn command(command: &Command) -> Payload {
-    let mut payload = Payload::new();
-    put(&mut payload, &[Kind::Command as u8]);
-    put(&mut payload, &command.tick.to_le_bytes());
-    put(&mut payload, &command.valve.0.to_le_bytes());
-    put(&mut payload, &[command.state as u8, command.fault]);
-    for value in command.estimate.to_array() {
-        put(&mut payload, &value.to_le_bytes());
+    CommandRecord {
+        tick: command.tick,
+        valve: command.valve,
+        state: command.state as u8,
+        fault: command.fault,
+        estimate: command.estimate.to_array(),
     }
-    payload
+    .payload()
 }
 
 /// A command as the plant reads it.
@@ -162,6 +172,21 @@ pub struct CommandRecord {
     pub fault: u8,
     /// Position in m, velocity in m/s, friction and disturbance force in N.
     pub estimate: [f32; 4],
+}
+
+impl CommandRecord {
+    /// The command as it was sent.
+    pub fn payload(&self) -> Payload {
+        let mut payload = Payload::new();
+        put(&mut payload, &[Kind::Command as u8]);
+        put(&mut payload, &self.tick.to_le_bytes());
+        put(&mut payload, &self.valve.0.to_le_bytes());
+        put(&mut payload, &[self.state, self.fault]);
+        for value in self.estimate {
+            put(&mut payload, &value.to_le_bytes());
+        }
+        payload
+    }
 }
 
 /// Reads a command; `None` where it is none.
@@ -206,20 +231,15 @@ pub fn end() -> Payload {
     payload
 }
 
-/// The way out of a fault.
-pub fn acknowledge() -> Payload {
+/// An order.
+pub fn order(order: Order) -> Payload {
     let mut payload = Payload::new();
-    put(&mut payload, &[Kind::Acknowledge as u8]);
-    payload
-}
-
-/// A fault for the board to see.
-pub fn inject(finding: Finding) -> Payload {
-    let mut payload = Payload::new();
-    put(
-        &mut payload,
-        &[Kind::Inject as u8, finding.fault.code(), finding.detail],
-    );
+    match order {
+        Order::Acknowledge => put(&mut payload, &[Kind::Acknowledge as u8]),
+        Order::Inject(Finding { fault, detail }) => {
+            put(&mut payload, &[Kind::Inject as u8, fault.code(), detail]);
+        }
+    }
     payload
 }
 
@@ -247,11 +267,10 @@ mod tests {
 
     #[test]
     fn prop_orders_come_back() {
-        let finding = Fault::ClockFailed.at(1);
-        let payload = inject(finding);
-        assert_eq!(from_plant(&payload), Some(FromPlant::Inject(finding)));
+        for sent in [Order::Acknowledge, Order::Inject(Fault::ClockFailed.at(1))] {
+            assert_eq!(from_plant(&order(sent)), Some(FromPlant::Order(sent)));
+        }
         assert_eq!(from_plant(&[Kind::Inject as u8, 200, 0]), None);
-        assert_eq!(from_plant(&acknowledge()), Some(FromPlant::Acknowledge));
     }
 
     #[test]

@@ -36,7 +36,7 @@ mod app {
     use firmware::control_task::{Command, ControlTask, Sample};
     use firmware::cost::{Cost, Report};
     use firmware::frame::{self, Decoder, Received};
-    use firmware::link::{self, FromPlant};
+    use firmware::link::{self, FromPlant, Order};
     use firmware::start::{ResetCause, cause_of, finding_of};
     use firmware::status::FaultMemory;
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -48,6 +48,8 @@ mod app {
     const QUEUE_LENGTH: usize = 8;
     /// Runs of the supervisor from one status report to the next: some a second.
     const SUPERVISIONS_PER_STATUS: u8 = 20;
+    /// Orders between two samples; the queue holds one less.
+    const ORDERS_LENGTH: usize = 4;
 
     #[shared]
     struct Shared {
@@ -69,9 +71,11 @@ mod app {
         stopwatch: part::Stopwatch,
         /// Code of the fault that is kept over a reset.
         kept_fault: u8,
+        orders: Consumer<'static, Order>,
         commands: Producer<'static, Command>,
         serial_in: part::SerialIn,
         decoder: Decoder,
+        ordered: Producer<'static, Order>,
         watchdog: part::Watchdog,
         supervision: Supervision,
         reset_cause: ResetCause,
@@ -87,7 +91,10 @@ mod app {
         since_status: u8,
     }
 
-    #[init(local = [queue: Queue<Command, QUEUE_LENGTH> = Queue::new()])]
+    #[init(local = [
+        queue: Queue<Command, QUEUE_LENGTH> = Queue::new(),
+        order_queue: Queue<Order, ORDERS_LENGTH> = Queue::new(),
+    ])]
     fn init(context: init::Context) -> (Shared, Local) {
         let kept_cause = take_kept().unwrap_or(0);
         let Parts {
@@ -108,6 +115,7 @@ mod app {
             });
         }
         let (commands, outgoing) = context.local.queue.split();
+        let (ordered, orders) = context.local.order_queue.split();
         send(&mut serial_out, &link::hello(Chosen::TICK_PERIOD_NS));
         let shared = Shared {
             control_task,
@@ -128,9 +136,11 @@ mod app {
             axis,
             stopwatch,
             kept_fault: 0,
+            orders,
             commands,
             serial_in,
             decoder: Decoder::new(),
+            ordered,
             watchdog,
             supervision: Supervision {
                 ticks: 0,
@@ -151,7 +161,7 @@ mod app {
     }
 
     #[task(binds = DMA2_STREAM0, priority = 4, shared = [streamed, report, control_task],
-           local = [axis, stopwatch, kept_fault, commands])]
+           local = [axis, stopwatch, kept_fault, orders, commands])]
     fn control(context: control::Context) {
         let (mut local, mut shared) = (context.local, context.shared);
         local.stopwatch.start();
@@ -160,6 +170,10 @@ mod app {
         let command = shared.control_task.lock(|control_task| {
             if let Some(finding) = finding {
                 control_task.note_fault(finding);
+            }
+            // At most as many as the queue holds: who fills it waits for this task.
+            while let Some(order) = local.orders.dequeue() {
+                control_task.obey(order);
             }
             let command = control_task.tick(&sample);
             if command.fault != *local.kept_fault {
@@ -183,21 +197,25 @@ mod app {
         report.cost.add(local.stopwatch.stop());
     }
 
-    #[task(binds = USART1, priority = 3, shared = [streamed, report, control_task, has_ended],
-           local = [serial_in, decoder])]
+    #[task(binds = USART1, priority = 3, shared = [streamed, report, has_ended],
+           local = [serial_in, decoder, ordered])]
     fn receive(mut context: receive::Context) {
-        let decoder = context.local.decoder;
+        let (decoder, ordered) = (context.local.decoder, context.local.ordered);
         let Some(byte) = context.local.serial_in.byte() else {
             return;
         };
         match decoder.feed(byte) {
             Received::Nothing => {}
-            Received::Payload(payload) => take(payload, &mut context.shared),
+            Received::Payload(payload) => take(payload, ordered, &mut context.shared),
             Received::Dropped => context.shared.report.lock(count_dropped),
         }
     }
 
-    fn take(payload: &[u8], shared: &mut receive::SharedResources<'_>) {
+    fn take(
+        payload: &[u8],
+        ordered: &mut Producer<'static, Order>,
+        shared: &mut receive::SharedResources<'_>,
+    ) {
         match link::from_plant(payload) {
             Some(FromPlant::Sample(sample)) => {
                 shared.streamed.lock(|streamed| *streamed = sample);
@@ -207,14 +225,14 @@ mod app {
                 shared.has_ended.lock(|has_ended| *has_ended = true);
                 rtic::pend(device::Interrupt::UART5);
             }
-            Some(FromPlant::Acknowledge) => {
-                // Where there is nothing to acknowledge, nothing changes.
-                let _has_left = shared.control_task.lock(ControlTask::acknowledge);
+            Some(FromPlant::Order(order)) => {
+                // A fault that did not happen is for simulations only.
+                let is_for_us = Chosen::ANSWERS_PLANT || order == Order::Acknowledge;
+                if !is_for_us || ordered.enqueue(order).is_err() {
+                    shared.report.lock(count_dropped);
+                }
             }
-            Some(FromPlant::Inject(finding)) if Chosen::ANSWERS_PLANT => shared
-                .control_task
-                .lock(|control_task| control_task.note_fault(finding)),
-            Some(FromPlant::Inject(_)) | None => shared.report.lock(count_dropped),
+            None => shared.report.lock(count_dropped),
         }
     }
 

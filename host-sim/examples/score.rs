@@ -1,6 +1,9 @@
-//! The controller's score on a rig: `cargo run --release --example score RIG [SEEDS]`.
+//! The controller's score on a rig: `cargo run --release --example score RIG [SEEDS] [GAINS]`
+//! With seven gains, the comparison controller's.
 
-use host_sim::closed_loop::{Case, Drive, HostController, control_task, score};
+use host_sim::closed_loop::{
+    Case, Drive, HostController, PidController, PidGains, control_task, score,
+};
 use host_sim::rig::Rig;
 use std::error::Error;
 use std::path::PathBuf;
@@ -11,8 +14,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rig = rig.unwrap_or_else(|| concat!(env!("CARGO_MANIFEST_DIR"), "/rigs/paper.toml").into());
     let seeds: u64 = arguments.next().map_or(Ok(20), |count| count.parse())?;
     let rig = Rig::read(&rig)?;
+    let gains: Vec<f64> = arguments
+        .map(|gain| gain.parse())
+        .collect::<Result<_, _>>()?;
+    let gains: Option<[f64; 7]> = gains.try_into().ok();
     let factory = |known: &Rig| {
-        let drive: Box<dyn Drive> = Box::new(HostController::new(control_task(known)?));
+        let drive: Box<dyn Drive> = match gains {
+            Some(gains) => Box::new(PidController::new(known, PidGains::from_array(gains))?),
+            None => Box::new(HostController::new(control_task(known)?)),
+        };
         Ok(drive)
     };
     let seeds: Vec<u64> = (1..=seeds).collect();

@@ -1,11 +1,13 @@
 //! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
 
+pub mod board;
 pub mod charts;
 pub mod cli;
 pub mod closed_loop;
 pub mod compare;
 pub mod diagnose;
 pub mod effects;
+pub mod fault_campaign;
 pub mod fit;
 pub mod identify;
 pub mod inspect;
@@ -18,6 +20,7 @@ pub mod recording;
 pub mod report;
 pub mod rig;
 pub mod scenario;
+pub mod settings;
 pub mod simulate;
 mod text;
 pub mod units;

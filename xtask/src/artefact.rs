@@ -236,7 +236,9 @@ mod tests {
         let suffix = &file[file.len() - 16..];
         assert_eq!(
             suffix[..12],
-            [0xFF, 0xFF, 0x11, 0xDF, 0x83, 0x04, 0x1A, 0x01, b'U', b'F', b'D', 16]
+            [
+                0xFF, 0xFF, 0x11, 0xDF, 0x83, 0x04, 0x1A, 0x01, b'U', b'F', b'D', 16
+            ]
         );
         // CRC-32 over the file with its CRC leaves the known residue, here
         // without the last inversion.

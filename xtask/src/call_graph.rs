@@ -14,6 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Function {
     name: String,
+    size: u32,
     /// All that it pushes, bytes.
     stack_bytes: u32,
     /// Functions that it calls or ends in, by address.
@@ -78,6 +79,13 @@ impl CallGraph {
             }
         }
         Ok(graph)
+    }
+
+    /// Where the function that holds this address begins, and its name.
+    pub fn function_at(&self, address: u32) -> Option<(u32, &str)> {
+        let (begin, function) = self.functions.range(..=address).next_back()?;
+        let is_inside = address < begin.saturating_add(function.size);
+        is_inside.then_some((*begin, &function.name))
     }
 
     /// What the function with this name can reach.
@@ -182,6 +190,7 @@ impl Code<'_> {
     ) -> Function {
         let mut function = Function {
             name: name.to_owned(),
+            size,
             ..Function::default()
         };
         let end = address.saturating_add(size);
@@ -259,6 +268,7 @@ mod tests {
         let function = |(address, name, stack_bytes, calls): &(u32, &str, u32, &[u32])| {
             let function = Function {
                 name: (*name).to_owned(),
+                size: 1,
                 stack_bytes: *stack_bytes,
                 calls: calls.iter().copied().collect(),
                 doubts: BTreeSet::new(),
@@ -288,6 +298,8 @@ mod tests {
         let other = graph.reach("other").unwrap();
         assert_eq!((other.panic_path, other.stack_bytes), (None, 108));
         assert!(graph.reach("nobody").is_err());
+        assert_eq!(graph.function_at(2), Some((2, "harmless")));
+        assert_eq!(graph.function_at(9), None);
     }
 
     #[test]

@@ -8,9 +8,11 @@
 //! - `lint`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
 //! - `evidence`: the diagnoses of the real recordings and their generated table
+//! - `faults`: the fault campaign and its generated tables
 //! - `image` and `artefact`: building the images that boards run; as files for flashing tools
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
 //! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
+//! - `profile`: where the control task's instructions go
 //! - `demo`: the demonstration report
 
 mod apt;
@@ -22,9 +24,11 @@ mod chip;
 mod demo;
 mod estimates;
 mod evidence;
+mod faults;
 pub mod image;
 mod lint;
 pub mod plant;
+mod profile;
 pub mod qemu;
 mod setup;
 pub mod shell;
@@ -43,11 +47,14 @@ cargo xtask <task>
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
         [--table-only]    write it from the last run
   evidence                diagnose the real recordings, write docs/evidence.md
+  faults [SEEDS [MINUTES]]
+                          every fault at every moment, write docs/faults.md
   image                   the STM32F405's image as files for flashing tools, in out/firmware
   qemu --serial 127.0.0.1:PORT [--rig RIG.toml] [--seconds N]
                           the firmware in QEMU, waiting for a plant that connects
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
                           or made the snapshot
+       [--where]          whose the control task's instructions are
 
 steps of ci that can be repeated alone:
   lint                    rules of this repository that no compiler knows
@@ -72,6 +79,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("demo", []) => demo::run(),
         ("evidence", []) => evidence::run(),
         ("bench", options) => bench::run(options),
+        ("faults", options) => faults::run(options),
         ("image", []) => artefact::run(),
         ("qemu", options) => qemu::run(options),
         ("size", options) => size::run(options),

@@ -118,6 +118,14 @@ impl Default for Plant {
 }
 
 impl Plant {
+    /// The same, from a later place in the motion on.
+    pub fn beginning_at(tick: u32) -> Self {
+        Self {
+            tick,
+            ..Self::default()
+        }
+    }
+
     /// The sample of this tick.
     pub fn sample(&self) -> Sample {
         let (carriage, gas) = (&self.state.carriage, &self.state.pneumatics);

@@ -94,12 +94,17 @@ fn machine(image: &Path, serial: SocketAddr) -> Command {
 
 /// Has QEMU put a rig's settings where the image looks for them.
 fn load_settings(machine: &mut Command, rig: &str) -> Outcome {
+    // The program runs in the root of the repository, the user perhaps elsewhere.
+    let rig = Path::new(rig)
+        .canonicalize()
+        .map_err(|error| format!("{rig}: {error}"))?;
+    let rig = rig.to_string_lossy();
     let directory = shell::target_directory().join(image::MPS2);
     fs::create_dir_all(&directory).map_err(|e| format!("{}: {e}", directory.display()))?;
     let settings = directory.join("settings.bin");
     let settings = settings.to_string_lossy();
     let mut words = vec!["run", "--release", "--quiet", "-p", "host-sim", "--"];
-    words.extend(["settings", "--rig", rig, "--out", &settings]);
+    words.extend(["settings", "--rig", &rig, "--out", &settings]);
     shell::run(&mut cargo(&words))?;
     let device = format!("loader,file={settings},addr={SETTINGS_ADDRESS},force-raw=on");
     machine.args(["-device", &device]);

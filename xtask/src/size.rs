@@ -8,6 +8,7 @@
 use crate::call_graph::{CallGraph, Reach};
 use crate::image::{self, MPS2};
 use crate::plant::{Link, Plant};
+use crate::profile;
 use crate::qemu::Machine;
 use crate::shell::{self, Outcome};
 use firmware::cost::Report;
@@ -26,10 +27,12 @@ const SNAPSHOT: &str = "xtask/snapshots/size.json";
 const GROWTH_PERCENT: u64 = 5;
 /// One round of the plant's motion.
 const TICKS: u32 = 8000;
+/// The control task's interrupt.
+pub const CONTROL: &str = "DMA2_STREAM0";
 /// The application's tasks by priority, each a symbol of the image; the last is
 /// what runs before and below all interrupts.
-const TASKS: [(&str, &str); 5] = [
-    ("control", "DMA2_STREAM0"),
+pub const TASKS: [(&str, &str); 5] = [
+    ("control", CONTROL),
     ("receive", "USART1"),
     ("supervise", "TIM7"),
     ("transmit", "UART5"),
@@ -68,6 +71,7 @@ pub fn run(options: &[String]) -> Outcome {
     let is_blessed = match options {
         [] => false,
         [option] if option == "--bless" => true,
+        [option] if option == "--where" => return profile::run(),
         other => return Err(format!("size: unknown option {}", other.join(" ")).into()),
     };
     let mut figures = Vec::new();
@@ -153,7 +157,7 @@ fn judge(board: &str, task: &str, reach: &Reach) -> Outcome {
 
 /// Instructions a tick, counted over one round of motion.
 fn count(image: &Path) -> Outcome<Vec<Figure>> {
-    let report = drive(image, TICKS)?;
+    let report = drive(image, Plant::default(), TICKS, &[])?;
     let instructions = |counts: u64| counts * 1_000_000_000 / u64::from(report.counts_per_s);
     let cost = &report.cost;
     let mean = instructions(cost.total_counts) / u64::from(cost.ticks.max(1));
@@ -170,11 +174,10 @@ fn count(image: &Path) -> Outcome<Vec<Figure>> {
     ])
 }
 
-/// Runs the image against the plant.
-fn drive(image: &Path, ticks: u32) -> Outcome<Report> {
-    let (machine, address) = Machine::start(image, &[])?;
+/// Runs the image against the plant; `options` go to QEMU as they are.
+pub fn drive(image: &Path, mut plant: Plant, ticks: u32, options: &[String]) -> Outcome<Report> {
+    let (machine, address) = Machine::start(image, options)?;
     let mut link = Link::connect(address)?;
-    let mut plant = Plant::default();
     for _ in 0..ticks {
         let answer = link.exchange(&plant.sample())?;
         let command = link::read_command(&answer).ok_or("the controller's answer is none")?;

@@ -66,5 +66,9 @@ fn cargo() -> Command {
 fn is_installed(program: &str) -> bool {
     let mut probe = Command::new(program);
     let probe = probe.arg("--version").stdin(Stdio::null());
-    probe.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
+    probe
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok()
 }

@@ -19,8 +19,9 @@ pub(super) struct TravelState {
     since_position_changed_m: f32,
     since_velocity_changed_m: f32,
     remembered_m: f32,
-    /// The speed that lies within the memory, m/s.
-    speed_m_per_s: f32,
+    /// The velocity's changes with the same memory, m/s: sensors that are apart
+    /// in time part by the skew times this.
+    recent_change_m_per_s: f32,
 }
 
 impl TravelState {
@@ -28,10 +29,9 @@ impl TravelState {
     pub(super) fn check(&mut self, step: &Step<'_>) -> Option<Finding> {
         let parting_m = parting_m(step);
         let share = (step.elapsed_s * (1.0 / MEMORY_S)).min(1.0);
-        let speed_m_per_s = step.now.velocity_m_per_s.abs();
+        let change_m_per_s = step.now.velocity_m_per_s - step.before.velocity_m_per_s;
         self.remembered_m += parting_m - share * self.remembered_m;
-        self.speed_m_per_s =
-            speed_m_per_s.max(self.speed_m_per_s + share * (speed_m_per_s - self.speed_m_per_s));
+        self.recent_change_m_per_s += change_m_per_s - share * self.recent_change_m_per_s;
         let position_stands = step.codes_now.position == step.codes_before.position;
         let velocity_stands = step.codes_now.velocity == step.codes_before.velocity;
         self.since_position_changed_m =
@@ -48,7 +48,7 @@ impl TravelState {
         if self.since_velocity_changed_m.abs() > PARTING_M {
             return Some(Fault::FrozenSensor.of(Channel::Velocity));
         }
-        let skew_m = TIME_SKEW_S * self.speed_m_per_s;
+        let skew_m = TIME_SKEW_S * self.recent_change_m_per_s.abs();
         (self.remembered_m.abs() > PARTING_M + skew_m)
             .then(|| Fault::VelocityContradictsPosition.at(0))
     }

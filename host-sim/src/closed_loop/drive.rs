@@ -1,6 +1,6 @@
 //! Who answers a sample with a command.
 
-use crate::model::{AxisFault, Values};
+use crate::model::AxisFault;
 use crate::plant::PlantSettings;
 use crate::rig::Rig;
 use firmware::control_task::{ControlTask, Sample};
@@ -31,6 +31,11 @@ impl HostController {
     pub fn new(task: ControlTask) -> Self {
         Self { task }
     }
+
+    /// The control task, for orders beside the samples.
+    pub fn task_mut(&mut self) -> &mut ControlTask {
+        &mut self.task
+    }
 }
 
 impl Drive for HostController {
@@ -41,14 +46,10 @@ impl Drive for HostController {
     }
 }
 
-/// The controller for a rig as the firmware has it, in single precision.
+/// The controller for a rig as the firmware has it, in single precision, by way
+/// of the board's settings.
 pub fn controller(rig: &Rig) -> Result<Controller<f32>, AxisFault> {
-    let values = Values {
-        rig,
-        keys: &[],
-        replaced: &[],
-    };
-    Ok(Controller::new(values.axis(PlantSettings::TICK_S)?))
+    Ok(crate::settings::controller(rig, PlantSettings::TICK_S)?)
 }
 
 /// The control task for a rig.

@@ -24,6 +24,11 @@ impl Row {
         self.truth.position_m - f64::from(self.sample.reference.position_m)
     }
 
+    /// How far the observer's position is from the true one, m.
+    pub fn error_of_belief_m(&self) -> f64 {
+        f64::from(self.command.estimate[0]) - self.truth.position_m
+    }
+
     /// The voltage that answers this row's sample.
     pub fn commanded_v(&self) -> f64 {
         plant::valve_v(self.command.valve)

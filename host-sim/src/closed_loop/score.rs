@@ -6,10 +6,11 @@
 //! that was sent.
 
 use super::drive::{Drive, DriveError};
+use super::judge::{AFTER_MOVE_S, command_movement_v, overshoot_m, rms_m, worst_m};
 use super::knowledge::wrongly_known;
 use super::run::{Course, Row, Run, run};
 use crate::model::AxisFault;
-use crate::motion::{Limits, Motion, Segment};
+use crate::motion::{Limits, Motion, Placed, Segment};
 use crate::plant::{Change, Event, Plant, PlantSettings};
 use crate::rig::Rig;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,10 +18,10 @@ use std::sync::{Mutex, PoisonError};
 
 /// Time to find the null and the forces at rest, s.
 pub const SETTLE_S: f64 = 2.0;
-/// From the end of a reference to the judgement of where the load stands, s.
-const AFTER_MOVE_S: f64 = 0.3;
 /// From the end of a reference to the judgement of how it stays, s.
 const BEFORE_HOLD_S: f64 = 1.0;
+/// How long it is judged, s.
+const HOLD_S: f64 = 30.0;
 /// From a disturbance to the judgement of what is left of it, s.
 const RECOVERY_S: f64 = 2.0;
 /// How near the load must return, m.
@@ -71,7 +72,7 @@ impl Case {
             Self::Move | Self::Payload => [moves, moves].concat(),
             Self::SlowSine => vec![sine(0.5)],
             Self::FastSine => vec![sine(1.0)],
-            Self::Hold => vec![go(0.06), hold(BEFORE_HOLD_S + 30.0)],
+            Self::Hold => vec![go(0.06), hold(BEFORE_HOLD_S + HOLD_S)],
             Self::Supply => [vec![hold(1.0 + RECOVERY_S + 1.0)], moves.to_vec()].concat(),
             Self::Push => [vec![hold(1.0 + RECOVERY_S + 1.0)], moves.to_vec()].concat(),
         };
@@ -260,7 +261,7 @@ fn measure(
     let measures = match case {
         Case::Move | Case::Payload => vec![
             (Measure::EndError, end_error_m(&run, &motion)),
-            (Measure::Overshoot, overshoot_m(&run, &motion)),
+            (Measure::Overshoot, largest_overshoot_m(&run, &motion)),
         ],
         Case::SlowSine | Case::FastSine => tracking(&run, &motion),
         Case::Hold => holding(&run, &motion),
@@ -277,90 +278,56 @@ fn measure(
     })
 }
 
-fn between(run: &Run, from_s: f64, to_s: f64) -> impl Iterator<Item = &Row> {
-    run.rows
-        .iter()
-        .filter(move |row| (from_s..to_s).contains(&row.truth.time_s))
-}
-
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, f64::max)
-}
-
-/// Ends of the moves and of the rests that follow them, with the place.
-fn rests_after_moves(motion: &Motion) -> Vec<(f64, f64, f64, f64)> {
+/// Moves, each with the time at which the rest after it ends, s.
+fn moves_with_rests(motion: &Motion) -> impl Iterator<Item = (&Placed, f64)> {
     let parts = motion.parts();
     let pairs = parts.iter().zip(parts.iter().skip(1));
     pairs
-        .filter_map(|(moving, resting)| match moving.segment {
-            Segment::Move { to_m } => {
-                Some((moving.end_s, resting.end_s, to_m, to_m - moving.from_m))
-            }
-            Segment::Hold { .. } | Segment::Sine { .. } => None,
+        .filter(|(moving, _)| matches!(moving.segment, Segment::Move { .. }))
+        .map(|(moving, resting)| (moving, resting.end_s))
+}
+
+fn end_error_m(run: &Run, motion: &Motion) -> f64 {
+    moves_with_rests(motion)
+        .map(|(moving, end_s)| worst_m(run.between(moving.end_s + AFTER_MOVE_S, end_s)))
+        .fold(0.0, f64::max)
+}
+
+fn largest_overshoot_m(run: &Run, motion: &Motion) -> f64 {
+    moves_with_rests(motion)
+        .map(|(moving, end_s)| overshoot_m(run, moving, end_s))
+        .fold(0.0, f64::max)
+}
+
+fn tracking(run: &Run, motion: &Motion) -> Vec<(Measure, f64)> {
+    let sines = motion.parts().iter().filter_map(|part| match part.segment {
+        Segment::Sine { frequency_hz, .. } => {
+            let period_s = 1.0 / frequency_hz;
+            Some(run.between(part.begin_s + period_s, part.end_s - period_s))
+        }
+        Segment::Hold { .. } | Segment::Move { .. } => None,
+    });
+    sines
+        .flat_map(|rows| {
+            [
+                (Measure::TrackingError, worst_m(rows)),
+                (Measure::TrackingRms, rms_m(rows)),
+            ]
         })
         .collect()
 }
 
-fn end_error_m(run: &Run, motion: &Motion) -> f64 {
-    let rests = rests_after_moves(motion);
-    largest(rests.into_iter().map(|(begin_s, end_s, _, _)| {
-        largest(between(run, begin_s + AFTER_MOVE_S, end_s).map(|row| row.error_m().abs()))
-    }))
-}
-
-fn overshoot_m(run: &Run, motion: &Motion) -> f64 {
-    let rests = rests_after_moves(motion);
-    // From before the end of the reference: a load that leads overshoots early.
-    largest(rests.into_iter().map(|(begin_s, end_s, to_m, way_m)| {
-        largest(
-            between(run, begin_s - AFTER_MOVE_S, end_s)
-                .map(|row| (row.truth.position_m - to_m) * way_m.signum()),
-        )
-    }))
-}
-
-fn tracking(run: &Run, motion: &Motion) -> Vec<(Measure, f64)> {
-    let Some((part, frequency_hz)) = motion.parts().iter().find_map(|part| match part.segment {
-        Segment::Sine { frequency_hz, .. } => Some((part, frequency_hz)),
-        _ => None,
-    }) else {
-        return Vec::new();
-    };
-    let period_s = 1.0 / frequency_hz;
-    let errors: Vec<f64> = between(run, part.begin_s + period_s, part.end_s - period_s)
-        .map(|row| row.error_m().abs())
-        .collect();
-    let square = errors.iter().map(|error_m| error_m * error_m).sum::<f64>();
-    let rms = libm::sqrt(square / errors.len().max(1) as f64);
-    vec![
-        (Measure::TrackingError, largest(errors.into_iter())),
-        (Measure::TrackingRms, rms),
-    ]
-}
-
 fn holding(run: &Run, motion: &Motion) -> Vec<(Measure, f64)> {
-    let begin_s = motion.duration_s() - 30.0;
-    let rows: Vec<&Row> = between(run, begin_s, motion.duration_s()).collect();
-    let error_m = largest(rows.iter().map(|row| row.error_m().abs()));
-    let highest = largest_of(&rows, |row| row.truth.position_m);
-    let lowest = -largest_of(&rows, |row| -row.truth.position_m);
-    let count = rows.len().max(1) as f64;
-    let mean_v = rows.iter().map(|row| row.commanded_v()).sum::<f64>() / count;
-    let square = rows
-        .iter()
-        .map(|row| (row.commanded_v() - mean_v) * (row.commanded_v() - mean_v))
-        .sum::<f64>();
+    let end_s = motion.duration_s();
+    let rows = run.between(end_s - HOLD_S, end_s);
+    let positions_m = || rows.iter().map(|row| row.truth.position_m);
+    let highest_m = positions_m().fold(f64::NEG_INFINITY, f64::max);
+    let lowest_m = positions_m().fold(f64::INFINITY, f64::min);
     vec![
-        (Measure::HoldError, error_m),
-        (Measure::HoldBand, 0.5 * (highest - lowest)),
-        (Measure::CommandMovement, libm::sqrt(square / count)),
+        (Measure::HoldError, worst_m(rows)),
+        (Measure::HoldBand, 0.5 * (highest_m - lowest_m)),
+        (Measure::CommandMovement, command_movement_v(rows)),
     ]
-}
-
-fn largest_of(rows: &[&Row], value: fn(&Row) -> f64) -> f64 {
-    rows.iter()
-        .map(|row| value(row))
-        .fold(f64::NEG_INFINITY, f64::max)
 }
 
 fn returning(run: &Run, events: &[Event]) -> Vec<(Measure, f64)> {
@@ -368,13 +335,10 @@ fn returning(run: &Run, events: &[Event]) -> Vec<(Measure, f64)> {
     for event in events {
         let end_s = event.at_s + RECOVERY_S + 1.0;
         let outside = |row: &&Row| row.error_m().abs() > RETURNED_M;
-        let last_outside_s = between(run, event.at_s, end_s)
-            .filter(outside)
-            .last()
-            .map_or(event.at_s, |row| row.truth.time_s);
-        time_s = time_s.max(last_outside_s - event.at_s);
-        let late = between(run, event.at_s + RECOVERY_S, end_s);
-        error_m = error_m.max(largest(late.map(|row| row.error_m().abs())));
+        let rows = run.between(event.at_s, end_s);
+        let last_outside = rows.iter().rev().find(outside);
+        time_s = time_s.max(last_outside.map_or(0.0, |row| row.truth.time_s - event.at_s));
+        error_m = error_m.max(worst_m(run.between(event.at_s + RECOVERY_S, end_s)));
     }
     vec![
         (Measure::DisturbedError, error_m),

@@ -6,7 +6,8 @@ use crate::model::AxisFault;
 use crate::random::Noise;
 use crate::rig::Rig;
 use firmware::codes::{
-    AdcCode, AdcCodes, FAILED_CONVERSION, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S,
+    AdcCode, AdcCodes, COMMAND_V, DacCode, FAILED_CONVERSION, POSITION_M, PRESSURE_PA, Scale,
+    VELOCITY_M_PER_S,
 };
 
 /// Noise of a position sensor where the rig does not state it, m.
@@ -19,6 +20,43 @@ const VELOCITY_NOISE_M_PER_S: f64 = 1.5e-3;
 /// Codes between the steps of a 16-bit and of a 12-bit converter.
 const STEP_16_BIT: f64 = 1.0;
 const STEP_12_BIT: f64 = 16.0;
+
+/// What the codes say, SI, in double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Position, m.
+    pub position_m: f64,
+    /// Pressure of chamber a, Pa absolute.
+    pub pressure_a_pa: f64,
+    /// Pressure of chamber b, Pa absolute.
+    pub pressure_b_pa: f64,
+    /// Supply pressure, Pa absolute.
+    pub supply_pressure_pa: f64,
+    /// Velocity, m/s.
+    pub velocity_m_s: f64,
+}
+
+/// What codes say.
+pub fn seen(codes: &AdcCodes) -> Seen {
+    Seen {
+        position_m: value(&POSITION_M, codes.position.0),
+        pressure_a_pa: value(&PRESSURE_PA, codes.pressure_a.0),
+        pressure_b_pa: value(&PRESSURE_PA, codes.pressure_b.0),
+        supply_pressure_pa: value(&PRESSURE_PA, codes.supply_pressure.0),
+        velocity_m_s: value(&VELOCITY_M_PER_S, codes.velocity.0),
+    }
+}
+
+/// What the valve's 12-bit converter puts out for a code, V.
+pub fn valve_v(code: DacCode) -> f64 {
+    const LOW_BITS: u16 = 0xF;
+    value(&COMMAND_V, code.0 & !LOW_BITS)
+}
+
+fn value(scale: &Scale, code: u16) -> f64 {
+    let (lowest, highest) = (f64::from(scale.lowest), f64::from(scale.highest));
+    lowest + (highest - lowest) * f64::from(code) / f64::from(u16::MAX)
+}
 
 /// One sensor and its converter.
 #[derive(Clone, Debug)]

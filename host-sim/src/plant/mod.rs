@@ -25,6 +25,7 @@ mod converters;
 mod event;
 mod world;
 
+pub use converters::{Seen, seen, valve_v};
 pub use event::{Change, Event};
 pub use world::{Sample, World};
 pub(crate) use world::{axis, equilibrium_pa, supply_pressure_pa, values};
@@ -33,7 +34,7 @@ use crate::model::{AxisFault, Side};
 use crate::rig::Rig;
 use crate::scenario::stroke_range_m;
 use converters::Converters;
-use firmware::codes::{AdcCodes, COMMAND_V, DacCode, POSITION_M, Scale};
+use firmware::codes::{AdcCodes, DacCode, POSITION_M, Scale};
 use model_core::axis::AxisState;
 use model_core::carriage::CarriageState;
 use std::collections::BTreeMap;
@@ -65,9 +66,8 @@ impl PlantSettings {
 
     /// At rest at a place, undisturbed.
     ///
-    /// Five steps of 0.2 ms: a fifth of the bristles' and a tenth of the spool's
-    /// time constant; halving them moves no figure of the tables by more than
-    /// its last digit.
+    /// Five steps of 0.2 ms: against 40 steps the tracking errors of a controller
+    /// differ by less than 0.3 %.
     pub fn at(start_m: f64, seed: u64) -> Self {
         Self {
             tick_s: Self::TICK_S,
@@ -185,14 +185,6 @@ impl Plant {
             position_m: stopped_m,
         });
     }
-}
-
-/// What the valve's 12-bit converter puts out for a code.
-pub fn valve_v(code: DacCode) -> f64 {
-    const LOW_BITS: u16 = 0xF;
-    let (lowest_v, highest_v) = (f64::from(COMMAND_V.lowest), f64::from(COMMAND_V.highest));
-    let place = f64::from(code.0 & !LOW_BITS) / f64::from(u16::MAX);
-    lowest_v + (highest_v - lowest_v) * place
 }
 
 /// The rig with the data sheet's spool, unless it states its own.

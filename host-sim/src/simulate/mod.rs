@@ -18,7 +18,7 @@ mod page;
 mod sensors;
 
 pub use page::page;
-pub use sensors::{Table, recorded};
+pub use sensors::recorded;
 
 pub use crate::plant::Sample;
 

@@ -74,6 +74,16 @@ impl<R: Real> AreaTable<R> {
         table
     }
 
+    /// The openings of the points, V.
+    pub fn openings_v(&self) -> &[R] {
+        self.openings_v.get(..self.length).unwrap_or(&[])
+    }
+
+    /// The areas of the points, m2.
+    pub fn areas_m2(&self) -> &[R] {
+        self.areas_m2.get(..self.length).unwrap_or(&[])
+    }
+
     /// Area at an opening of nought or more; level beyond the last point.
     #[inline]
     pub fn area_m2(&self, opening_v: R) -> R {

@@ -108,8 +108,9 @@ impl Stopwatch for SysTick {
     fn stop(&mut self) -> u32 {
         let left = SYST::get_current();
         self.0.disable_counter();
-        // The first count after the start loads the counter.
-        if left == 0 { 0 } else { FROM - left }
+        // The first count loads the counter; the one that is under way is taken
+        // for whole, so that the figure is never too low.
+        if left == 0 { 1 } else { FROM - left + 2 }
     }
 }
 

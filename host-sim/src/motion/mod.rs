@@ -9,7 +9,11 @@
 //! * A sine swells over its first period and fades over its last, so that it
 //!   begins and ends at rest.
 
+pub mod read;
+
+use crate::report::number;
 use model_core::reference::Reference;
+use std::fmt;
 
 /// What a move may ask for at most.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +70,26 @@ pub enum Segment {
         /// Whole periods, the swelling and the fading one included: 2 or more.
         periods: u32,
     },
+}
+
+impl fmt::Display for Segment {
+    /// A few words.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let millimetres = |metres: f64| number::significant(1e3 * metres, 4);
+        match self {
+            Self::Hold { seconds } => write!(formatter, "hold {seconds} s"),
+            Self::Move { to_m } => write!(formatter, "move to {} mm", millimetres(*to_m)),
+            Self::Sine {
+                amplitude_m,
+                frequency_hz,
+                periods,
+            } => write!(
+                formatter,
+                "sine {} mm, {frequency_hz} Hz, {periods} times",
+                millimetres(*amplitude_m)
+            ),
+        }
+    }
 }
 
 /// A segment in its place.
@@ -146,6 +170,35 @@ impl Motion {
         ]
         .concat();
         Self::new(0.0, Limits::BRISK, &segments)
+    }
+
+    /// The motion over and over, for at least so long.
+    #[must_use]
+    pub fn repeated(&self, seconds: f64) -> Self {
+        let mut motion = self.clone();
+        while motion.duration_s() < seconds && self.duration_s() > 0.0 {
+            for part in &self.parts {
+                motion.push(part.segment);
+            }
+        }
+        motion
+    }
+
+    /// The lowest and the highest place that it asks for, m.
+    pub fn range_m(&self) -> [f64; 2] {
+        let mut range_m = [self.start_m, self.start_m];
+        for part in &self.parts {
+            let (low_m, high_m) = match part.segment {
+                Segment::Hold { .. } => (part.from_m, part.from_m),
+                Segment::Move { to_m } => (to_m, to_m),
+                Segment::Sine { amplitude_m, .. } => (
+                    part.from_m - amplitude_m.abs(),
+                    part.from_m + amplitude_m.abs(),
+                ),
+            };
+            range_m = [range_m[0].min(low_m), range_m[1].max(high_m)];
+        }
+        range_m
     }
 
     /// The segments in their places.
