@@ -19,6 +19,7 @@
 
 mod clocks;
 mod converters;
+mod flash;
 mod reset_cause;
 mod serial;
 mod spi;

@@ -5,6 +5,7 @@
 //! times of the watchdog may be 0.68 to 1.9 times the nominal.
 
 use stm32f4xx_hal::pac::IWDG;
+use stm32f4xx_hal::pac::iwdg::RegisterBlock;
 
 /// The oscillator divided by 16: 2 kHz nominal.
 const PRESCALER: u8 = 2;
@@ -26,31 +27,41 @@ impl Watchdog {
     /// Starts it, for good, with the patience that the start of the board needs.
     pub fn start(registers: IWDG) -> Self {
         registers.kr().write(|w| w.key().start());
-        let watchdog = Self { registers };
-        watchdog.set(PATIENT);
-        watchdog
+        set(&registers, PATIENT);
+        Self { registers }
     }
 
     /// The start is over.
     pub fn end_patience(&self) {
-        self.set(USUAL);
+        set(&self.registers, USUAL);
     }
+}
 
-    /// Periods of 0.5 ms nominal until the reset.
-    fn set(&self, periods: u16) {
-        self.wait();
-        self.registers.kr().write(|w| w.key().unlock());
-        self.registers.pr().write(|w| w.pr().set(PRESCALER));
-        self.registers.rlr().write(|w| w.rl().set(periods));
-        self.wait();
-        self.registers.kr().write(|w| w.key().feed());
-    }
+/// Does what holds the core for longer than the watchdog usually bears.
+pub fn patiently<Result>(work: impl FnOnce() -> Result) -> Result {
+    // SAFETY: settings arrive as a whole, and only the start of the board and
+    // who stores settings make them, one after the other.
+    let registers = unsafe { &*IWDG::ptr() };
+    set(registers, PATIENT);
+    let result = work();
+    set(registers, USUAL);
+    result
+}
 
-    /// Until earlier settings have arrived. If they never do, the watchdog keeps
-    /// what it had and resets the chip: the safe side.
-    fn wait(&self) {
-        let _came = (0..LOOKS).any(|_| self.registers.sr().read().bits() == 0);
-    }
+/// Periods of 0.5 ms nominal until the reset.
+fn set(registers: &RegisterBlock, periods: u16) {
+    wait(registers);
+    registers.kr().write(|w| w.key().unlock());
+    registers.pr().write(|w| w.pr().set(PRESCALER));
+    registers.rlr().write(|w| w.rl().set(periods));
+    wait(registers);
+    registers.kr().write(|w| w.key().feed());
+}
+
+/// Until earlier settings have arrived. If they never do, the watchdog keeps
+/// what it had and resets the chip: the safe side.
+fn wait(registers: &RegisterBlock) {
+    let _came = (0..LOOKS).any(|_| registers.sr().read().bits() == 0);
 }
 
 impl super::super::Watchdog for Watchdog {
