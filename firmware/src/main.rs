@@ -23,6 +23,7 @@ mod part {
     pub type SerialIn = <Chosen as Board>::SerialIn;
     pub type SerialOut = <Chosen as Board>::SerialOut;
     pub type Watchdog = <Chosen as Board>::Watchdog;
+    pub type Storage = <Chosen as Board>::Storage;
 }
 
 #[rtic::app(device = crate::board::device, peripherals = false)]
@@ -37,6 +38,7 @@ mod app {
     use firmware::cost::{Cost, Report};
     use firmware::frame::{self, Decoder, Received};
     use firmware::link::{self, FromPlant, Order};
+    use firmware::settings::slots::Slots;
     use firmware::start::{ResetCause, cause_of, finding_of};
     use firmware::status::FaultMemory;
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -44,6 +46,8 @@ mod app {
     use model_core::reference::Reference;
     use rtic::Mutex;
 
+    #[expect(clippy::cast_possible_truncation, reason = "the nearest f32 is meant")]
+    const TICK_PERIOD_S: f32 = (Chosen::TICK_PERIOD_NS as f64 * 1e-9) as f32;
     /// Commands on their way to the serial line.
     const QUEUE_LENGTH: usize = 8;
     /// Runs of the supervisor from one status report to the next: some a second.
@@ -103,10 +107,11 @@ mod app {
             serial_in,
             mut serial_out,
             watchdog,
+            storage,
             reset_cause,
             finding,
         } = Chosen::start(context.core);
-        let mut control_task = ControlTask::new(Controller::new(model_core::paper::axis()));
+        let mut control_task = ControlTask::new(controller(storage));
         let found = [finding, finding_of(kept_cause), reset_cause.finding()];
         for finding in found.into_iter().flatten() {
             control_task.recall(&FaultMemory {
@@ -151,6 +156,18 @@ mod app {
             outgoing,
         };
         (shared, local)
+    }
+
+    /// The controller of the settings in the slots, or the built-in one. The slot
+    /// that the next settings go to is erased now, while nothing has to be in time.
+    fn controller(storage: part::Storage) -> Controller<f32> {
+        let Ok((mut slots, start)) = Slots::start(storage, TICK_PERIOD_S) else {
+            // Not with a board's own period, which the settings were tried with.
+            Chosen::give_up();
+        };
+        // Where it cannot be erased, storing says so.
+        let _erased = slots.prepare();
+        start.controller
     }
 
     #[idle]

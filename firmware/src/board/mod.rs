@@ -19,6 +19,7 @@
 use firmware::codes::DacCode;
 use firmware::control_task::Sample;
 use firmware::fault::Finding;
+use firmware::settings::slots::SlotStorage;
 use firmware::start::ResetCause;
 
 mod exceptions;
@@ -93,6 +94,8 @@ pub struct Parts<B: Board> {
     pub serial_out: B::SerialOut,
     /// The watchdog.
     pub watchdog: B::Watchdog,
+    /// The two slots of settings.
+    pub storage: B::Storage,
     /// Why the board started.
     pub reset_cause: ResetCause,
     /// What is wrong with the board.
@@ -111,6 +114,8 @@ pub trait Board: Sized {
     type SerialOut: SerialOut;
     /// The watchdog.
     type Watchdog: Watchdog;
+    /// The two slots of settings.
+    type Storage: SlotStorage;
 
     /// Time between samples.
     const TICK_PERIOD_NS: u32;

@@ -30,7 +30,7 @@ const MAGIC: [u8; 4] = *b"PNMA";
 /// Where the CRC stands; it covers what is before it and the content.
 const CRC_AT: usize = 12;
 /// What flash reads as after it is erased.
-pub(super) const ERASED: u8 = 0xFF;
+pub const ERASED: u8 = 0xFF;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// The content of a record.

@@ -3,6 +3,7 @@
 
 pub mod device;
 mod stack;
+mod storage;
 mod uart;
 
 use super::{Axis, Board, Parts, Stopwatch, Watchdog};
@@ -24,6 +25,7 @@ impl Board for Mps2 {
     type SerialIn = uart::Receiver;
     type SerialOut = uart::Transmitter;
     type Watchdog = NoWatchdog;
+    type Storage = storage::Memory;
 
     const TICK_PERIOD_NS: u32 = 1_000_000;
     const ANSWERS_PLANT: bool = true;
@@ -36,6 +38,7 @@ impl Board for Mps2 {
             serial_in,
             serial_out,
             watchdog: NoWatchdog,
+            storage: storage::Memory::start(),
             reset_cause: ResetCause::PowerOn,
             finding: None,
         }

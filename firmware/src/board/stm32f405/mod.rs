@@ -36,6 +36,7 @@ use firmware::codes::{AdcCodes, DacCode};
 use firmware::control_task::Sample;
 use firmware::fault::{Fault, Finding};
 use firmware::parts::ads8681::{Ads8681, Span};
+use flash::Flash;
 use spi::{Bus, CoreDelay, Device, Edge};
 use stm32f4xx_hal::gpio::{GpioExt, Output, PB12, PinState, Speed};
 use stm32f4xx_hal::pac::{self, SPI2};
@@ -59,6 +60,7 @@ impl Board for Stm32f405 {
     type SerialIn = serial::Receiver;
     type SerialOut = serial::Transmitter;
     type Watchdog = Watchdog;
+    type Storage = Flash;
 
     const TICK_PERIOD_NS: u32 = 1_000_000_000 / TICKS_PER_S;
     const ANSWERS_PLANT: bool = false;
@@ -151,6 +153,7 @@ impl Board for Stm32f405 {
             serial_in,
             serial_out,
             watchdog,
+            storage: Flash::new(chip.FLASH),
             reset_cause,
             finding: clocks.fault.map(finding_of),
         }
