@@ -20,6 +20,10 @@ fn main() {
         "link.x".to_owned()
     };
     println!("cargo::rustc-link-arg-bins=-T{script}");
+    if env::var_os("CARGO_FEATURE_STM32F405").is_some() {
+        // The log's strings, which stay in the file.
+        println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
+    }
     // Else the sections are aligned to pages, at the cost of flash.
     println!("cargo::rustc-link-arg-bins=--nmagic");
 }

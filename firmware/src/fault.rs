@@ -209,9 +209,11 @@ pub const DESCRIPTIONS: [Description; 19] = [
     Description {
         fault: Fault::DacMismatch,
         name: "DAC write-back mismatch",
-        seen: "the board: the converter's output register does not hold what was written",
-        detail: "0",
-        remedy: "replace the board if it comes again",
+        seen: "the board: the converter's output register does not hold what was written, or the \
+               voltage behind the amplifier is another",
+        detail: "0 register, 1 voltage",
+        remedy: "check the amplifier's supply and the valve's wire for a short; replace the board \
+                 if it comes again",
     },
     Description {
         fault: Fault::WatchdogReset,

@@ -11,6 +11,7 @@
 //! | [`fault`] | the fault list |
 //! | [`frame`] | COBS frames with a CRC over a byte stream |
 //! | [`link`] | the lock-step link between controller and plant |
+//! | [`parts`] | converters on a serial bus, one file per part |
 //! | [`settings`] | the rig's parameters: judged, kept, transferred |
 //! | [`start`] | why a board started, and what it remembers from before |
 //! | [`status`] | counters, the status report, what outlives a reset |
@@ -28,6 +29,7 @@ pub mod cost;
 pub mod fault;
 pub mod frame;
 pub mod link;
+pub mod parts;
 pub mod settings;
 pub mod start;
 pub mod status;

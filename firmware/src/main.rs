@@ -30,7 +30,8 @@ mod part {
 mod app {
     use super::part;
     use crate::board::{
-        Axis, Board, Chosen, Parts, SerialIn, SerialOut, Stopwatch, Watchdog, device, take_kept,
+        Axis, Board, Chosen, Parts, SerialIn, SerialOut, Stopwatch, Watchdog, device, keep,
+        take_kept,
     };
     use firmware::codes::AdcCodes;
     use firmware::control_task::{Command, ControlTask, Sample};
@@ -38,6 +39,8 @@ mod app {
     use firmware::frame::{self, Decoder, Received};
     use firmware::link::{self, FromPlant, Order};
     use firmware::settings::slots::Slots;
+    use firmware::start::{ResetCause, cause_of, finding_of};
+    use firmware::status::FaultMemory;
     use heapless::spsc::{Consumer, Producer, Queue};
     use model_core::controller::Controller;
     use model_core::reference::Reference;
@@ -47,32 +50,49 @@ mod app {
     const TICK_PERIOD_S: f32 = (Chosen::TICK_PERIOD_NS as f64 * 1e-9) as f32;
     /// Commands on their way to the serial line.
     const QUEUE_LENGTH: usize = 8;
+    /// Runs of the supervisor from one status report to the next: some a second.
+    const SUPERVISIONS_PER_STATUS: u8 = 20;
     /// Orders between two samples; the queue holds one less.
     const ORDERS_LENGTH: usize = 4;
 
     #[shared]
     struct Shared {
+        /// The control task, also for those who ask how it is.
+        control_task: ControlTask,
         /// The latest sample that came over the serial line.
         streamed: Sample,
         /// What the application tells of itself.
         report: Report,
         /// The plant has ended the run.
         has_ended: bool,
+        /// A status report is due.
+        status_is_due: bool,
     }
 
     #[local]
     struct Local {
         axis: part::Axis,
         stopwatch: part::Stopwatch,
-        control_task: ControlTask,
+        /// Code of the fault that is kept over a reset.
+        kept_fault: u8,
         orders: Consumer<'static, Order>,
         commands: Producer<'static, Command>,
         serial_in: part::SerialIn,
         decoder: Decoder,
         ordered: Producer<'static, Order>,
         watchdog: part::Watchdog,
+        supervision: Supervision,
+        reset_cause: ResetCause,
         serial_out: part::SerialOut,
         outgoing: Consumer<'static, Command>,
+    }
+
+    /// What the supervisor remembers.
+    pub struct Supervision {
+        /// Ticks that the control task had run.
+        ticks: u32,
+        /// Runs of the supervisor since the last status report.
+        since_status: u8,
     }
 
     #[init(local = [
@@ -89,12 +109,21 @@ mod app {
             watchdog,
             storage,
             reset_cause,
+            finding,
         } = Chosen::start(context.core);
-        let controller = controller(storage);
+        let mut control_task = ControlTask::new(controller(storage));
+        let found = [finding, finding_of(kept_cause), reset_cause.finding()];
+        for finding in found.into_iter().flatten() {
+            control_task.recall(&FaultMemory {
+                finding: Some(finding),
+                tick: 0,
+            });
+        }
         let (commands, outgoing) = context.local.queue.split();
         let (ordered, orders) = context.local.order_queue.split();
         send(&mut serial_out, &link::hello(Chosen::TICK_PERIOD_NS));
         let shared = Shared {
+            control_task,
             streamed: nothing_streamed(),
             report: Report {
                 cost: Cost::default(),
@@ -106,17 +135,23 @@ mod app {
                 kept_cause,
             },
             has_ended: false,
+            status_is_due: false,
         };
         let local = Local {
             axis,
             stopwatch,
-            control_task: ControlTask::new(controller),
+            kept_fault: 0,
             orders,
             commands,
             serial_in,
             decoder: Decoder::new(),
             ordered,
             watchdog,
+            supervision: Supervision {
+                ticks: 0,
+                since_status: 0,
+            },
+            reset_cause,
             serial_out,
             outgoing,
         };
@@ -142,17 +177,28 @@ mod app {
         }
     }
 
-    #[task(binds = DMA2_STREAM0, priority = 4, shared = [streamed, report],
-           local = [axis, stopwatch, control_task, orders, commands])]
+    #[task(binds = DMA2_STREAM0, priority = 4, shared = [streamed, report, control_task],
+           local = [axis, stopwatch, kept_fault, orders, commands])]
     fn control(context: control::Context) {
         let (mut local, mut shared) = (context.local, context.shared);
         local.stopwatch.start();
         let sample = shared.streamed.lock(|streamed| local.axis.sample(streamed));
-        // At most as many as the queue holds: who fills it waits for this task.
-        while let Some(order) = local.orders.dequeue() {
-            local.control_task.obey(order);
-        }
-        let command = local.control_task.tick(&sample);
+        let finding = local.axis.finding();
+        let command = shared.control_task.lock(|control_task| {
+            if let Some(finding) = finding {
+                control_task.note_fault(finding);
+            }
+            // At most as many as the queue holds: who fills it waits for this task.
+            while let Some(order) = local.orders.dequeue() {
+                control_task.obey(order);
+            }
+            let command = control_task.tick(&sample);
+            if command.fault != *local.kept_fault {
+                *local.kept_fault = command.fault;
+                keep(cause_of(control_task.fault_memory().finding));
+            }
+            command
+        });
         local.axis.write_valve(command.valve);
         shared
             .report
@@ -211,18 +257,35 @@ mod app {
         report.dropped_frames = report.dropped_frames.saturating_add(1);
     }
 
-    #[task(binds = TIM7, priority = 2, local = [watchdog])]
-    fn supervise(context: supervise::Context) {
-        context.local.watchdog.feed();
+    #[task(binds = TIM7, priority = 2, shared = [report, status_is_due],
+           local = [watchdog, supervision])]
+    fn supervise(mut context: supervise::Context) {
+        let supervision = context.local.supervision;
+        let ticks = context.shared.report.lock(|report| report.cost.ticks);
+        if ticks != supervision.ticks {
+            context.local.watchdog.feed();
+        }
+        supervision.ticks = ticks;
+        supervision.since_status = (supervision.since_status + 1) % SUPERVISIONS_PER_STATUS;
+        if supervision.since_status == 0 && !Chosen::ANSWERS_PLANT {
+            context.shared.status_is_due.lock(|is_due| *is_due = true);
+            rtic::pend(device::Interrupt::UART5);
+        }
     }
 
-    #[task(binds = UART5, priority = 1, shared = [report, has_ended],
-           local = [serial_out, outgoing])]
+    #[task(binds = UART5, priority = 1, shared = [report, control_task, has_ended, status_is_due],
+           local = [serial_out, outgoing, reset_cause])]
     fn transmit(mut context: transmit::Context) {
         while let Some(command) = context.local.outgoing.dequeue() {
             if Chosen::ANSWERS_PLANT {
                 send(context.local.serial_out, &link::command(&command));
             }
+        }
+        if context.shared.status_is_due.lock(core::mem::take) {
+            let reset_cause = *context.local.reset_cause;
+            let control_task = &mut context.shared.control_task;
+            let status = control_task.lock(|control_task| control_task.status(reset_cause));
+            send(context.local.serial_out, &status.payload());
         }
         if context.shared.has_ended.lock(core::mem::take) {
             let mut report = context.shared.report.lock(|report| *report);

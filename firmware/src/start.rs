@@ -1,5 +1,7 @@
 //! Why a board started, and what it remembers from before.
 
+use crate::fault::{Fault, Finding};
+
 /// Why the board started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -19,6 +21,15 @@ pub enum ResetCause {
 }
 
 impl ResetCause {
+    /// What a start for this cause says of the board.
+    pub fn finding(self) -> Option<Finding> {
+        match self {
+            Self::Watchdog => Some(Fault::WatchdogReset.at(0)),
+            Self::BrownOut => Some(Fault::BrownOut.at(0)),
+            Self::Unknown | Self::PowerOn | Self::Pin | Self::Software => None,
+        }
+    }
+
     /// The cause of a code.
     pub fn from_code(code: u8) -> Option<Self> {
         [
@@ -44,10 +55,26 @@ pub struct Kept {
     pub check: u32,
 }
 
-/// The cause that a panic leaves; the causes of the supervisor are 8-bit codes.
+/// The cause that a fault leaves: code and detail, 0 where there is none.
+pub fn cause_of(finding: Option<Finding>) -> u32 {
+    let (fault, detail) = finding.map_or((0, 0), |it| (it.fault.code(), it.detail));
+    u32::from_le_bytes([fault, 0, detail, 0])
+}
+
+/// The fault that left this cause, if it was one.
+pub fn finding_of(cause: u32) -> Option<Finding> {
+    let [fault, 0, detail, 0] = cause.to_le_bytes() else {
+        return None;
+    };
+    Some(Fault::from_code(fault)?.at(detail))
+}
+
+/// The cause that a panic leaves; those of faults have a second byte of zero.
 pub const PANIC: u32 = 0x100;
 /// The cause that an exception of the processor leaves.
 pub const EXCEPTION: u32 = 0x101;
+/// The cause that a crystal leaves which stops while the board runs.
+pub const CRYSTAL_STOPPED: u32 = 0x102;
 
 impl Kept {
     /// A cause to keep.
@@ -67,6 +94,15 @@ impl Kept {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn prop_a_fault_comes_back_from_its_cause() {
+        let finding = Some(Fault::SupplyLost.at(21));
+        assert_eq!(finding_of(cause_of(finding)), finding);
+        for cause in [cause_of(None), PANIC, EXCEPTION, CRYSTAL_STOPPED] {
+            assert_eq!(finding_of(cause), None);
+        }
+    }
 
     #[test]
     fn prop_only_a_kept_cause_is_read() {

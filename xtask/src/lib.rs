@@ -10,13 +10,14 @@
 //! - `control`: the controller's scores and their generated tables
 //! - `evidence`: the diagnoses of the real recordings and their generated table
 //! - `faults`: the fault campaign and its generated tables
-//! - `image`: building the images that boards run
+//! - `image` and `artefact`: building the images that boards run; as files for flashing tools
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
 //! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
 //! - `profile`: where the control task's instructions go
 //! - `demo`: the demonstration report
 
 mod apt;
+mod artefact;
 mod bench;
 mod call_graph;
 mod checks;
@@ -51,6 +52,7 @@ cargo xtask <task>
   evidence                diagnose the real recordings, write docs/evidence.md
   faults [SEEDS [MINUTES]]
                           every fault at every moment, write docs/faults.md
+  image                   the STM32F405's image as files for flashing tools, in out/firmware
   qemu --serial 127.0.0.1:PORT [--rig RIG.toml] [--seconds N]
                           the firmware in QEMU, waiting for a plant that connects
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
@@ -82,6 +84,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("evidence", []) => evidence::run(),
         ("bench", options) => bench::run(options),
         ("faults", options) => faults::run(options),
+        ("image", []) => artefact::run(),
         ("qemu", options) => qemu::run(options),
         ("size", options) => size::run(options),
         _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),

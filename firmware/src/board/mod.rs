@@ -3,6 +3,7 @@
 //!
 //! | board | what it is |
 //! |---|---|
+//! | `stm32f405` | the chip between real converters and a real valve: docs/hardware.md |
 //! | `mps2` | the machine mps2-an386 of QEMU, lock-step with a plant |
 //!
 //! A board also brings the module `device`: its interrupts, under the names of
@@ -17,6 +18,7 @@
 
 use firmware::codes::DacCode;
 use firmware::control_task::Sample;
+use firmware::fault::Finding;
 use firmware::settings::slots::SlotStorage;
 use firmware::start::ResetCause;
 
@@ -28,8 +30,13 @@ mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{Mps2 as Chosen, device};
 
-#[cfg(not(feature = "mps2"))]
-compile_error!("choose a board: --features mps2");
+#[cfg(feature = "stm32f405")]
+mod stm32f405;
+#[cfg(feature = "stm32f405")]
+pub use stm32f405::{Stm32f405 as Chosen, device};
+
+#[cfg(not(any(feature = "mps2", feature = "stm32f405")))]
+compile_error!("choose a board: --features mps2, or stm32f405");
 
 pub use kept::{keep, take_kept};
 
@@ -39,6 +46,9 @@ pub trait Axis {
     /// came over the serial line: all of it where a plant is behind the line,
     /// the reference alone where the board has converters of its own.
     fn sample(&mut self, streamed: &Sample) -> Sample;
+    /// What the board itself has found wrong with this sample or with the last
+    /// command; after [`sample`](Self::sample).
+    fn finding(&mut self) -> Option<Finding>;
     /// Writes the valve's converter.
     fn write_valve(&mut self, code: DacCode);
 }
@@ -88,6 +98,8 @@ pub struct Parts<B: Board> {
     pub storage: B::Storage,
     /// Why the board started.
     pub reset_cause: ResetCause,
+    /// What is wrong with the board.
+    pub finding: Option<Finding>,
 }
 
 /// A board.

@@ -13,6 +13,7 @@ use cortex_m_semihosting::debug;
 use device::Interrupt;
 use firmware::codes::DacCode;
 use firmware::control_task::Sample;
+use firmware::fault::Finding;
 use firmware::start::ResetCause;
 
 /// The machine.
@@ -39,6 +40,7 @@ impl Board for Mps2 {
             watchdog: NoWatchdog,
             storage: storage::Memory::start(),
             reset_cause: ResetCause::PowerOn,
+            finding: None,
         }
     }
 
@@ -73,6 +75,10 @@ impl Axis for PlantAxis {
             rtic::pend(Interrupt::TIM7);
         }
         *streamed
+    }
+
+    fn finding(&mut self) -> Option<Finding> {
+        None
     }
 
     fn write_valve(&mut self, code: DacCode) {
