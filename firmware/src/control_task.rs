@@ -4,7 +4,7 @@ use crate::codes::{AdcCodes, CommandShaper, DacCode};
 use crate::fault::{Fault, Finding};
 use crate::link::Order;
 use crate::start::ResetCause;
-use crate::status::{Counters, FaultMemory, Status};
+use crate::status::{Counters, Status};
 use crate::supervisor::Supervisor;
 use model_core::controller::{Action, Controller, ControllerState, Estimate, Measurements};
 use model_core::reference::Reference;
@@ -144,29 +144,25 @@ impl ControlTask {
         is_left
     }
 
-    /// What to keep over a reset.
-    pub fn fault_memory(&self) -> FaultMemory {
-        FaultMemory {
-            finding: self.supervisor.latched(),
-            tick: self.supervisor.fault_tick(),
-        }
+    /// The fault that nobody acknowledged: what to keep over a reset.
+    pub fn latched(&self) -> Option<Finding> {
+        self.supervisor.latched()
     }
 
-    /// Takes up what was kept over a reset: a fault that nobody acknowledged is
-    /// a fault still.
-    pub fn recall(&mut self, kept: &FaultMemory) {
-        if let Some(finding) = kept.finding {
-            self.supervisor.trip(finding, kept.tick);
-        }
+    /// A fault before the first tick: what the start found, or what was kept
+    /// over the reset.
+    pub fn recall(&mut self, finding: Finding) {
+        self.supervisor.trip(finding, 0);
     }
 
     /// The status report.
-    pub fn status(&self, reset_cause: ResetCause) -> Status {
+    pub fn status(&self, reset_cause: ResetCause, has_built_in_settings: bool) -> Status {
         Status {
             state: self.supervisor.state(),
             finding: self.supervisor.latched(),
             fault_tick: self.supervisor.fault_tick(),
             reset_cause,
+            has_built_in_settings,
             counters: *self.supervisor.counters(),
         }
     }

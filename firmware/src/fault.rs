@@ -2,7 +2,7 @@
 //!
 //! Every fault has one reaction: the command of the very tick that sees it is
 //! the valve's null, the cause is latched and kept over a reset
-//! ([`crate::status::FaultMemory`]), and only an acknowledgement leads back.
+//! ([`crate::start::cause_of`]), and only an acknowledgement leads back.
 //! The codes are stable: they stand in recordings and in people's logs.
 
 /// What went wrong. The number is the code in `Command::fault`; 0 is none.
@@ -39,7 +39,7 @@ pub enum Fault {
     SettingsImpossible = 14,
     /// The valve's converter does not give back what was written.
     DacMismatch = 15,
-    /// The watchdog reset the board.
+    /// The board reset itself, by its watchdog or knowingly.
     WatchdogReset = 16,
     /// The crystal or the PLL did not start.
     ClockFailed = 17,
@@ -195,16 +195,18 @@ pub const DESCRIPTIONS: [Description; 19] = [
     Description {
         fault: Fault::SettingsDamaged,
         name: "settings damaged",
-        seen: "at start: no settings slot has a valid CRC",
+        seen: "at start: no settings slot has a valid CRC; a board whose slots are both blank has \
+               no fault: it starts with the built-in settings and its status says so",
         detail: "0",
-        remedy: "write the settings anew: `pneuma settings`",
+        remedy: "write the settings anew: `pneuma settings`; restart the board",
     },
     Description {
         fault: Fault::SettingsImpossible,
         name: "settings impossible",
         seen: "at start, or when new settings are built: a value that no axis has",
         detail: "0",
-        remedy: "correct the rig file, write the settings anew: `pneuma settings`",
+        remedy: "correct the rig file, write the settings anew: `pneuma settings`; \
+                 restart the board",
     },
     Description {
         fault: Fault::DacMismatch,
@@ -218,9 +220,11 @@ pub const DESCRIPTIONS: [Description; 19] = [
     Description {
         fault: Fault::WatchdogReset,
         name: "watchdog reset",
-        seen: "the board, at start: the independent watchdog caused the reset",
-        detail: "0",
-        remedy: "report it: the control task had stopped",
+        seen: "the board, at start: the independent watchdog caused the reset, or the program \
+               itself, because of a defect or a crystal that had stopped",
+        detail: "0 watchdog, 1 panic, 2 exception of the processor, 3 crystal",
+        remedy: "3: check the crystal; else report it: the control task had stopped, or the \
+                 program has a defect",
     },
     Description {
         fault: Fault::ClockFailed,

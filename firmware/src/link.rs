@@ -31,6 +31,8 @@ pub enum Kind {
     Acknowledge = 0x10,
     /// Plant to controller: behave as if the board had seen a fault.
     Inject = 0x11,
+    /// To a board with converters of its own: where the load should be.
+    Reference = 0x12,
 }
 
 /// A payload.
@@ -45,6 +47,8 @@ pub enum FromPlant {
     End,
     /// Something to do before the next sample.
     Order(Order),
+    /// Where the load should be, until the next reference.
+    Reference(Reference<f32>),
 }
 
 /// What the controller is told to do.
@@ -106,13 +110,13 @@ pub fn from_plant(payload: &[u8]) -> Option<FromPlant> {
             let sample = Sample {
                 tick,
                 codes: AdcCodes::from_array(codes),
-                reference: Reference {
-                    position_m: fields.f32()?,
-                    velocity_m_per_s: fields.f32()?,
-                    acceleration_m_per_s2: fields.f32()?,
-                },
+                reference: read_reference(&mut fields)?,
             };
             fields.end(FromPlant::Sample(sample))
+        }
+        kind if kind == Kind::Reference as u8 => {
+            let reference = read_reference(&mut fields)?;
+            fields.end(FromPlant::Reference(reference))
         }
         kind if kind == Kind::End as u8 => fields.end(FromPlant::End),
         kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Order(Order::Acknowledge)),
@@ -124,6 +128,24 @@ pub fn from_plant(payload: &[u8]) -> Option<FromPlant> {
             fields.end(FromPlant::Order(Order::Inject(finding)))
         }
         _ => None,
+    }
+}
+
+fn read_reference(fields: &mut Fields<'_>) -> Option<Reference<f32>> {
+    Some(Reference {
+        position_m: fields.f32()?,
+        velocity_m_per_s: fields.f32()?,
+        acceleration_m_per_s2: fields.f32()?,
+    })
+}
+
+fn put_reference(payload: &mut Payload, reference: &Reference<f32>) {
+    for value in [
+        reference.position_m,
+        reference.velocity_m_per_s,
+        reference.acceleration_m_per_s2,
+    ] {
+        put(payload, &value.to_le_bytes());
     }
 }
 
@@ -213,14 +235,15 @@ pub fn sample(sample: &Sample) -> Payload {
     for code in sample.codes.to_array() {
         put(&mut payload, &code.to_le_bytes());
     }
-    let reference = &sample.reference;
-    for value in [
-        reference.position_m,
-        reference.velocity_m_per_s,
-        reference.acceleration_m_per_s2,
-    ] {
-        put(&mut payload, &value.to_le_bytes());
-    }
+    put_reference(&mut payload, &sample.reference);
+    payload
+}
+
+/// A reference for a board with converters of its own.
+pub fn reference(reference: &Reference<f32>) -> Payload {
+    let mut payload = Payload::new();
+    put(&mut payload, &[Kind::Reference as u8]);
+    put_reference(&mut payload, reference);
     payload
 }
 
@@ -263,6 +286,10 @@ mod tests {
         assert_eq!(from_plant(&payload), Some(FromPlant::Sample(original)));
         assert_eq!(from_plant(&payload[..26]), None);
         assert_eq!(from_plant(&end()), Some(FromPlant::End));
+        let payload = reference(&original.reference);
+        let read = Some(FromPlant::Reference(original.reference));
+        assert_eq!(from_plant(&payload), read);
+        assert_eq!(from_plant(&payload[..12]), None);
     }
 
     #[test]

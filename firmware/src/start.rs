@@ -61,12 +61,22 @@ pub fn cause_of(finding: Option<Finding>) -> u32 {
     u32::from_le_bytes([fault, 0, detail, 0])
 }
 
-/// The fault that left this cause, if it was one.
+/// The fault that a kept cause is to the start after it: one that nobody
+/// acknowledged, or why the board reset itself. What stays until the board starts
+/// anew has ended, or this start finds it again.
 pub fn finding_of(cause: u32) -> Option<Finding> {
-    let [fault, 0, detail, 0] = cause.to_le_bytes() else {
-        return None;
-    };
-    Some(Fault::from_code(fault)?.at(detail))
+    match cause {
+        PANIC => Some(Fault::WatchdogReset.at(1)),
+        EXCEPTION => Some(Fault::WatchdogReset.at(2)),
+        CRYSTAL_STOPPED => Some(Fault::WatchdogReset.at(3)),
+        _ => {
+            let [fault, 0, detail, 0] = cause.to_le_bytes() else {
+                return None;
+            };
+            let fault = Fault::from_code(fault).filter(|fault| !fault.is_standing())?;
+            Some(fault.at(detail))
+        }
+    }
 }
 
 /// The cause that a panic leaves; those of faults have a second byte of zero.
@@ -99,8 +109,11 @@ mod tests {
     fn prop_a_fault_comes_back_from_its_cause() {
         let finding = Some(Fault::SupplyLost.at(21));
         assert_eq!(finding_of(cause_of(finding)), finding);
-        for cause in [cause_of(None), PANIC, EXCEPTION, CRYSTAL_STOPPED] {
-            assert_eq!(finding_of(cause), None);
+        assert_eq!(finding_of(cause_of(None)), None);
+        let clock = Fault::ClockFailed.at(1);
+        assert_eq!(finding_of(cause_of(Some(clock))), None, "it is looked for");
+        for (cause, detail) in [(PANIC, 1), (EXCEPTION, 2), (CRYSTAL_STOPPED, 3)] {
+            assert_eq!(finding_of(cause), Some(Fault::WatchdogReset.at(detail)));
         }
     }
 

@@ -4,7 +4,6 @@
 use firmware::codes::{AdcCode, AdcCodes, DacCode};
 use firmware::control_task::{Command, ControlTask, Sample, State};
 use firmware::fault::Fault;
-use firmware::status::FaultMemory;
 use host_sim::closed_loop::{HostController, control_task, wrongly_known};
 use host_sim::fault_campaign::{CASES, Moment, fault_list, normal_run, run_case};
 use host_sim::rig::Rig;
@@ -80,7 +79,7 @@ fn prop_single_samples_that_nothing_can_excuse_are_seen_in_their_tick() {
             let command = task.tick(&Sample { codes, ..sound });
             assert_eq!((command.state, command.fault), (State::Fault, fault.code()));
             assert_eq!(command.valve, NULL);
-            let finding = task.fault_memory().finding.expect("a fault");
+            let finding = task.latched().expect("a fault");
             assert_eq!(usize::from(finding.detail), channel);
         }
     }
@@ -99,7 +98,7 @@ fn prop_few_missed_samples_are_bridged_and_counted() {
     assert_eq!(command.fault, Fault::MissedTicks.code());
 
     fn counted(task: &ControlTask) -> u32 {
-        task.status(firmware::start::ResetCause::PowerOn)
+        task.status(firmware::start::ResetCause::PowerOn, false)
             .counters
             .missed_ticks
     }
@@ -118,9 +117,9 @@ fn prop_the_way_out_of_a_fault_is_the_acknowledgement_alone() {
         assert_eq!((command.state, command.valve), (State::Fault, NULL));
     }
     // A reset does not help.
-    let kept = task.fault_memory().to_bytes();
+    let kept = cause_of(task.latched());
     let mut task = self::task();
-    task.recall(&FaultMemory::from_bytes(&kept).expect("a record"));
+    task.recall(finding_of(kept).expect("a fault"));
     let command = task.tick(&at_rest(0));
     assert_eq!(command.fault, Fault::DacMismatch.code());
     assert!(task.acknowledge());

@@ -42,6 +42,8 @@ pub use kept::{keep, take_kept};
 
 /// Converters and valve.
 pub trait Axis {
+    /// The ticks begin: the start's last act, some of which take their time.
+    fn begin(&mut self);
     /// Acknowledges the tick and takes its sample. `streamed` is the latest that
     /// came over the serial line: all of it where a plant is behind the line,
     /// the reference alone where the board has converters of its own.

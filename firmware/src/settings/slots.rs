@@ -78,19 +78,19 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// What to note as a fault before the first tick: nothing where the
-    /// settings are those of this rig.
+    /// The fault at the start: none on a board that was never set, whose status
+    /// tells of its built-in settings.
     pub fn finding(&self) -> Option<Finding> {
         match self {
-            Self::Slot(_) => None,
-            Self::NeverSet | Self::Damaged(_) => Some(Fault::SettingsDamaged.at(0)),
+            Self::Slot(_) | Self::NeverSet => None,
+            Self::Damaged(_) => Some(Fault::SettingsDamaged.at(0)),
             Self::Impossible(_) => Some(Fault::SettingsImpossible.at(0)),
         }
     }
 
     /// Whether the settings are those of this rig.
     pub fn is_of_this_rig(&self) -> bool {
-        self.finding().is_none()
+        matches!(self, Self::Slot(_))
     }
 }
 

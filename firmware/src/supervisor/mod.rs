@@ -18,8 +18,12 @@
 //!                     Fault --acknowledged--> Idle, for 10 ms at least
 //! ```
 //!
-//! Every limit follows from the rig, the sensors and the tick, none is tuned:
-//! each check's file says how. A check is `Params` + `State` + a total step.
+//! Limits follow from the rig, the sensors and the tick: each check's file says
+//! how. Choices of engineering are four: 15 % of the axis' largest force as the
+//! reserve for what the model of the force leaves out ([`force`]), 0.5 mm that a
+//! position may miss ([`travel`], [`sensors`]), 2 % of the flow near the valve's
+//! null that counts as none ([`pressure`]), 5 ms of skew between position and
+//! velocity ([`sensors`]). A check is `Params` + `State` + a total step.
 
 mod force;
 mod jump;
@@ -182,6 +186,8 @@ impl Supervisor {
             return false;
         }
         self.latched = None;
+        // What the board noted meanwhile; what is still so, the next tick sees.
+        self.pending = None;
         self.state = State::Idle;
         self.begin_anew();
         true

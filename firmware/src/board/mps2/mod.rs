@@ -70,6 +70,8 @@ pub struct PlantAxis {
 }
 
 impl Axis for PlantAxis {
+    fn begin(&mut self) {}
+
     fn sample(&mut self, streamed: &Sample) -> Sample {
         if streamed.tick.is_multiple_of(TICKS_PER_SUPERVISION) {
             rtic::pend(Interrupt::TIM7);

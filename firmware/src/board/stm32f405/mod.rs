@@ -126,13 +126,12 @@ impl Board for Stm32f405 {
         };
 
         let (serial_in, serial_out) = serial::start(rcc, chip.USART1, clocks.apb2_hz);
-        let mut converters = Converters::new(
+        let converters = Converters::new(
             rcc,
             (chip.TIM2, chip.DMA2),
             (chip.ADC1, chip.ADC2),
             &chip.ADC_COMMON,
         );
-        converters.start(clocks.apb1_timers_hz, TICKS_PER_S);
         start_supervision(&mut core.SYST, clocks.core_hz);
         watchdog.end_patience();
 
@@ -143,6 +142,7 @@ impl Board for Stm32f405 {
         Parts {
             axis: RealAxis {
                 converters,
+                timers_hz: clocks.apb1_timers_hz,
                 position,
                 valve,
                 written: valve::MIDDLE,
@@ -206,6 +206,8 @@ fn tell(clocks: &Clocks, flash: &pac::FLASH) {
 /// The converters' axis.
 pub struct RealAxis {
     converters: Converters,
+    /// Clock of the ticks' timer.
+    timers_hz: u32,
     position: Ads8681<Device<SPI2, PB12<Output>>, CoreDelay>,
     valve: Converter,
     /// The last command, which is put out from the next tick's begin on.
@@ -235,6 +237,10 @@ impl RealAxis {
 }
 
 impl Axis for RealAxis {
+    fn begin(&mut self) {
+        self.converters.start(self.timers_hz, TICKS_PER_S);
+    }
+
     fn sample(&mut self, streamed: &Sample) -> Sample {
         self.valve.begin_tick();
         let conversions = self.converters.take();
