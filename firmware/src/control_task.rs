@@ -1,7 +1,12 @@
 //! The control task: one pure call a tick.
 
 use crate::codes::{AdcCodes, CommandShaper, DacCode};
-use model_core::controller::{Controller, ControllerState, Estimate};
+use crate::fault::{Fault, Finding};
+use crate::link::Order;
+use crate::start::ResetCause;
+use crate::status::{Counters, Status};
+use crate::supervisor::Supervisor;
+use model_core::controller::{Action, Controller, ControllerState, Estimate, Measurements};
 use model_core::reference::Reference;
 
 /// What comes in at a tick.
@@ -29,6 +34,15 @@ pub enum State {
     Fault = 3,
 }
 
+impl State {
+    /// The state of a code.
+    pub fn from_code(code: u8) -> Option<Self> {
+        [Self::Init, Self::Idle, Self::Track, Self::Fault]
+            .into_iter()
+            .find(|state| *state as u8 == code)
+    }
+}
+
 /// What goes out at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
@@ -38,44 +52,181 @@ pub struct Command {
     pub valve: DacCode,
     /// State of the controller.
     pub state: State,
-    /// 0, or the code of the fault.
+    /// 0, or the code of the fault, see [`Fault`].
     pub fault: u8,
     /// What the observer believes.
     pub estimate: Estimate<f32>,
 }
 
-/// Controller, its memory and the converter's shaping.
+/// Why a controller was not swapped: the axis is not at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotAtRest;
+
+/// The middle of the valve's scale, where a null that is no number is taken to
+/// be: no setting may ever open the valve in a fault.
+const MIDDLE_V: f32 = 5.0;
+
+/// Controller, its memory, its supervision and the converter's shaping.
 #[derive(Clone, Debug)]
 pub struct ControlTask {
     controller: Controller<f32>,
     memory: Option<ControllerState<f32>>,
     shaper: CommandShaper,
+    supervisor: Supervisor,
+    estimate: Estimate<f32>,
 }
 
 impl ControlTask {
     /// A task before its first tick.
     pub fn new(controller: Controller<f32>) -> Self {
         Self {
+            supervisor: Supervisor::new(controller.axis()),
             controller,
             memory: None,
             shaper: CommandShaper::default(),
+            estimate: Estimate {
+                position_m: 0.0,
+                velocity_m_per_s: 0.0,
+                friction_n: 0.0,
+                disturbance_n: 0.0,
+            },
+        }
+    }
+
+    /// Swaps the controller; its memory begins anew at the next tick. Only where
+    /// the valve is at its null anyway: in the states idle and fault.
+    pub fn replace_controller(&mut self, controller: Controller<f32>) -> Result<(), NotAtRest> {
+        match self.supervisor.state() {
+            State::Idle | State::Fault => {
+                self.supervisor.replace_axis(controller.axis());
+                self.controller = controller;
+                self.memory = None;
+                Ok(())
+            }
+            State::Init | State::Track => Err(NotAtRest),
+        }
+    }
+
+    /// The board saw a fault: the next tick reacts.
+    pub fn note_fault(&mut self, finding: Finding) {
+        if finding.fault == Fault::TaskOverrun {
+            let overruns = &mut self.supervisor.counters_mut().overruns;
+            *overruns = overruns.saturating_add(1);
+        }
+        self.supervisor.note(finding);
+    }
+
+    /// Does as it is told; whether there was anything to do.
+    pub fn obey(&mut self, order: Order) -> bool {
+        match order {
+            Order::Acknowledge => self.acknowledge(),
+            Order::Inject(finding) => {
+                self.note_fault(finding);
+                true
+            }
+        }
+    }
+
+    /// What the board counts.
+    pub fn counters_mut(&mut self) -> &mut Counters {
+        self.supervisor.counters_mut()
+    }
+
+    /// Somebody has seen the fault: back to idle, with an observer that begins
+    /// anew; the axis tracks again once that has settled and a sample that is
+    /// newer brings a reference. False where there is no fault or its cause
+    /// stays until the board starts anew.
+    pub fn acknowledge(&mut self) -> bool {
+        let is_left = self.supervisor.acknowledge();
+        if is_left {
+            self.memory = None;
+        }
+        is_left
+    }
+
+    /// The fault that nobody acknowledged: what to keep over a reset.
+    pub fn latched(&self) -> Option<Finding> {
+        self.supervisor.latched()
+    }
+
+    /// A fault before the first tick: what the start found, or what was kept
+    /// over the reset.
+    pub fn recall(&mut self, finding: Finding) {
+        self.supervisor.trip(finding, 0);
+    }
+
+    /// The status report.
+    pub fn status(&self, reset_cause: ResetCause, has_built_in_settings: bool) -> Status {
+        Status {
+            state: self.supervisor.state(),
+            finding: self.supervisor.latched(),
+            fault_tick: self.supervisor.fault_tick(),
+            reset_cause,
+            has_built_in_settings,
+            counters: *self.supervisor.counters(),
         }
     }
 
     /// One tick.
     pub fn tick(&mut self, sample: &Sample) -> Command {
         let measured = sample.codes.measurements();
-        let memory = self
-            .memory
-            .get_or_insert_with(|| self.controller.begin(&measured));
-        let action = self.controller.track(memory, &measured, &sample.reference);
-        let null_v = self.controller.null_v();
+        let axis = self.controller.axis();
+        let asked = match self.supervisor.step(axis, sample, &measured) {
+            State::Fault => None,
+            State::Init | State::Idle => self.observe(&measured, None, sample.tick),
+            State::Track => self.observe(&measured, Some(&sample.reference), sample.tick),
+        };
+        let is_tracking = self.supervisor.state() == State::Track;
+        let null_v = self.null_v();
+        let command_v = asked.filter(|_| is_tracking).unwrap_or(null_v);
+        if !is_tracking {
+            self.shaper = CommandShaper::default();
+        }
+        self.supervisor.remember_command(command_v);
         Command {
             tick: sample.tick,
-            valve: self.shaper.code(action.command_v, null_v),
-            state: State::Track,
-            fault: 0,
-            estimate: action.estimate,
+            valve: self.shaper.code(command_v, null_v),
+            state: self.supervisor.state(),
+            fault: self
+                .supervisor
+                .latched()
+                .map_or(0, |finding| finding.fault.code()),
+            estimate: self.estimate,
         }
     }
+
+    /// One tick of the observer, and of the controller where there is a
+    /// reference. A result that is no number is a fault.
+    fn observe(
+        &mut self,
+        measured: &Measurements<f32>,
+        reference: Option<&Reference<f32>>,
+        tick: u32,
+    ) -> Option<f32> {
+        let controller = &self.controller;
+        let memory = self
+            .memory
+            .get_or_insert_with(|| controller.begin(measured));
+        let action = match reference {
+            Some(reference) => controller.track(memory, measured, reference),
+            None => controller.idle(memory, measured),
+        };
+        if is_finite(&action) {
+            self.estimate = action.estimate;
+            Some(action.command_v)
+        } else {
+            self.supervisor.trip(Fault::NotANumber.at(0), tick);
+            None
+        }
+    }
+
+    /// The valve's null, V.
+    fn null_v(&self) -> f32 {
+        let null_v = self.controller.null_v();
+        if null_v.is_finite() { null_v } else { MIDDLE_V }
+    }
+}
+
+fn is_finite(action: &Action<f32>) -> bool {
+    action.command_v.is_finite() && action.estimate.to_array().into_iter().all(f32::is_finite)
 }

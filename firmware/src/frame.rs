@@ -17,6 +17,11 @@ const LONGEST_FRAME: usize = LONGEST_PAYLOAD + CRC_BYTES + 2;
 /// lists it under its other name.
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
+/// The CRC of frames, for records that are kept elsewhere.
+pub fn crc(bytes: &[u8]) -> u16 {
+    CRC.checksum(bytes)
+}
+
 /// A frame as it goes onto the wire.
 pub type Frame = Vec<u8, LONGEST_FRAME>;
 

@@ -6,6 +6,7 @@
 
 use crate::codes::{AdcCodes, DacCode};
 use crate::control_task::{Command, Sample};
+use crate::fault::{Fault, Finding};
 use crate::frame::LONGEST_PAYLOAD;
 use heapless::Vec;
 use model_core::reference::Reference;
@@ -26,6 +27,12 @@ pub enum Kind {
     Command = 0x03,
     /// Plant to controller: the run is over.
     End = 0x04,
+    /// To the controller: leave the fault.
+    Acknowledge = 0x10,
+    /// Plant to controller: behave as if the board had seen a fault.
+    Inject = 0x11,
+    /// To a board with converters of its own: where the load should be.
+    Reference = 0x12,
 }
 
 /// A payload.
@@ -38,37 +45,54 @@ pub enum FromPlant {
     Sample(Sample),
     /// The end of the run.
     End,
+    /// Something to do before the next sample.
+    Order(Order),
+    /// Where the load should be, until the next reference.
+    Reference(Reference<f32>),
+}
+
+/// What the controller is told to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Leave the fault.
+    Acknowledge,
+    /// Behave as if the board had seen this.
+    Inject(Finding),
 }
 
 /// Reads the fields of a payload one after the other.
-struct Fields<'a>(&'a [u8]);
+pub(crate) struct Fields<'a>(pub(crate) &'a [u8]);
 
-impl Fields<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+impl<'a> Fields<'a> {
+    pub(crate) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (head, rest) = self.0.split_first_chunk::<N>()?;
         self.0 = rest;
         Some(*head)
     }
-    fn u8(&mut self) -> Option<u8> {
+    pub(crate) fn u8(&mut self) -> Option<u8> {
         self.take::<1>().map(|[byte]| byte)
     }
-    fn u16(&mut self) -> Option<u16> {
+    pub(crate) fn u16(&mut self) -> Option<u16> {
         self.take().map(u16::from_le_bytes)
     }
-    fn u32(&mut self) -> Option<u32> {
+    pub(crate) fn u32(&mut self) -> Option<u32> {
         self.take().map(u32::from_le_bytes)
     }
-    fn f32(&mut self) -> Option<f32> {
+    pub(crate) fn f32(&mut self) -> Option<f32> {
         self.take().map(f32::from_le_bytes)
     }
+    /// All that is left.
+    pub(crate) fn rest(self) -> &'a [u8] {
+        self.0
+    }
     /// `value` if nothing is left over.
-    fn end<T>(self, value: T) -> Option<T> {
+    pub(crate) fn end<T>(self, value: T) -> Option<T> {
         self.0.is_empty().then_some(value)
     }
 }
 
 /// Appends fields; every payload here is shorter than the longest.
-fn put(payload: &mut Payload, bytes: &[u8]) {
+pub(crate) fn put(payload: &mut Payload, bytes: &[u8]) {
     let fits = payload.extend_from_slice(bytes).is_ok();
     debug_assert!(fits, "a link payload is shorter than the longest");
 }
@@ -86,16 +110,42 @@ pub fn from_plant(payload: &[u8]) -> Option<FromPlant> {
             let sample = Sample {
                 tick,
                 codes: AdcCodes::from_array(codes),
-                reference: Reference {
-                    position_m: fields.f32()?,
-                    velocity_m_per_s: fields.f32()?,
-                    acceleration_m_per_s2: fields.f32()?,
-                },
+                reference: read_reference(&mut fields)?,
             };
             fields.end(FromPlant::Sample(sample))
         }
+        kind if kind == Kind::Reference as u8 => {
+            let reference = read_reference(&mut fields)?;
+            fields.end(FromPlant::Reference(reference))
+        }
         kind if kind == Kind::End as u8 => fields.end(FromPlant::End),
+        kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Order(Order::Acknowledge)),
+        kind if kind == Kind::Inject as u8 => {
+            let finding = Finding {
+                fault: Fault::from_code(fields.u8()?)?,
+                detail: fields.u8()?,
+            };
+            fields.end(FromPlant::Order(Order::Inject(finding)))
+        }
         _ => None,
+    }
+}
+
+fn read_reference(fields: &mut Fields<'_>) -> Option<Reference<f32>> {
+    Some(Reference {
+        position_m: fields.f32()?,
+        velocity_m_per_s: fields.f32()?,
+        acceleration_m_per_s2: fields.f32()?,
+    })
+}
+
+fn put_reference(payload: &mut Payload, reference: &Reference<f32>) {
+    for value in [
+        reference.position_m,
+        reference.velocity_m_per_s,
+        reference.acceleration_m_per_s2,
+    ] {
+        put(payload, &value.to_le_bytes());
     }
 }
 
@@ -121,15 +171,14 @@ pub fn hello_tick_period_ns(payload: &[u8]) -> Option<u32> {
 
 /// The answer to a sample.
 pub fn command(command: &Command) -> Payload {
-    let mut payload = Payload::new();
-    put(&mut payload, &[Kind::Command as u8]);
-    put(&mut payload, &command.tick.to_le_bytes());
-    put(&mut payload, &command.valve.0.to_le_bytes());
-    put(&mut payload, &[command.state as u8, command.fault]);
-    for value in command.estimate.to_array() {
-        put(&mut payload, &value.to_le_bytes());
+    CommandRecord {
+        tick: command.tick,
+        valve: command.valve,
+        state: command.state as u8,
+        fault: command.fault,
+        estimate: command.estimate.to_array(),
     }
-    payload
+    .payload()
 }
 
 /// A command as the plant reads it.
@@ -145,6 +194,21 @@ pub struct CommandRecord {
     pub fault: u8,
     /// Position in m, velocity in m/s, friction and disturbance force in N.
     pub estimate: [f32; 4],
+}
+
+impl CommandRecord {
+    /// The command as it was sent.
+    pub fn payload(&self) -> Payload {
+        let mut payload = Payload::new();
+        put(&mut payload, &[Kind::Command as u8]);
+        put(&mut payload, &self.tick.to_le_bytes());
+        put(&mut payload, &self.valve.0.to_le_bytes());
+        put(&mut payload, &[self.state, self.fault]);
+        for value in self.estimate {
+            put(&mut payload, &value.to_le_bytes());
+        }
+        payload
+    }
 }
 
 /// Reads a command; `None` where it is none.
@@ -171,14 +235,15 @@ pub fn sample(sample: &Sample) -> Payload {
     for code in sample.codes.to_array() {
         put(&mut payload, &code.to_le_bytes());
     }
-    let reference = &sample.reference;
-    for value in [
-        reference.position_m,
-        reference.velocity_m_per_s,
-        reference.acceleration_m_per_s2,
-    ] {
-        put(&mut payload, &value.to_le_bytes());
-    }
+    put_reference(&mut payload, &sample.reference);
+    payload
+}
+
+/// A reference for a board with converters of its own.
+pub fn reference(reference: &Reference<f32>) -> Payload {
+    let mut payload = Payload::new();
+    put(&mut payload, &[Kind::Reference as u8]);
+    put_reference(&mut payload, reference);
     payload
 }
 
@@ -186,6 +251,18 @@ pub fn sample(sample: &Sample) -> Payload {
 pub fn end() -> Payload {
     let mut payload = Payload::new();
     put(&mut payload, &[Kind::End as u8]);
+    payload
+}
+
+/// An order.
+pub fn order(order: Order) -> Payload {
+    let mut payload = Payload::new();
+    match order {
+        Order::Acknowledge => put(&mut payload, &[Kind::Acknowledge as u8]),
+        Order::Inject(Finding { fault, detail }) => {
+            put(&mut payload, &[Kind::Inject as u8, fault.code(), detail]);
+        }
+    }
     payload
 }
 
@@ -209,6 +286,18 @@ mod tests {
         assert_eq!(from_plant(&payload), Some(FromPlant::Sample(original)));
         assert_eq!(from_plant(&payload[..26]), None);
         assert_eq!(from_plant(&end()), Some(FromPlant::End));
+        let payload = reference(&original.reference);
+        let read = Some(FromPlant::Reference(original.reference));
+        assert_eq!(from_plant(&payload), read);
+        assert_eq!(from_plant(&payload[..12]), None);
+    }
+
+    #[test]
+    fn prop_orders_come_back() {
+        for sent in [Order::Acknowledge, Order::Inject(Fault::ClockFailed.at(1))] {
+            assert_eq!(from_plant(&order(sent)), Some(FromPlant::Order(sent)));
+        }
+        assert_eq!(from_plant(&[Kind::Inject as u8, 200, 0]), None);
     }
 
     #[test]

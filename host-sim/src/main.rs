@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use host_sim::cli::{
-    self, compare::CompareArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
-    fit::FitArguments, inspect::InspectArguments, simulate::SimulateArguments,
+    self, closed_loop::LoopArguments, compare::CompareArguments, controller::ControllerArguments,
+    demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments, inspect::InspectArguments,
+    record::RecordArguments, settings::SettingsArguments, simulate::SimulateArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -21,10 +22,14 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Compare(CompareArguments),
+    Controller(ControllerArguments),
     Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
     Fit(FitArguments),
     Inspect(InspectArguments),
+    Loop(LoopArguments),
+    Record(RecordArguments),
+    Settings(SettingsArguments),
     Simulate(SimulateArguments),
 }
 
@@ -33,10 +38,14 @@ fn main() -> ExitCode {
     let mut out = io::stdout().lock();
     let outcome = match &cli.command {
         Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
+        Command::Controller(arguments) => cli::controller::run(arguments, &mut out),
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
+        Command::Loop(arguments) => cli::closed_loop::run(arguments, &mut out),
+        Command::Record(arguments) => cli::record::run(arguments, &mut out),
+        Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
     };
     ExitCode::from(cli::exit_status(outcome))

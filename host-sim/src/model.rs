@@ -68,7 +68,8 @@ pub struct AxisFault {
 }
 
 impl AxisFault {
-    fn missing(key: &str) -> Self {
+    /// A key or a section that the rig does not have.
+    pub(crate) fn missing(key: &str) -> Self {
         let what = if key.contains('.') {
             "a value"
         } else {
@@ -181,17 +182,21 @@ impl<R: Real> Values<'_, R> {
 
     /// The path from command to spool, for steps of `dt_s`.
     pub fn command_path(&self, dt_s: f64) -> CommandPath<R> {
-        let spool = SpoolDynamics {
-            natural_frequency_hz: self.effect("spool-dynamics", "natural_frequency_Hz", 0.0),
-            damping_ratio: self.effect("spool-dynamics", "damping_ratio", 0.7),
-        };
         CommandPath::new(
             self.valve_delay(),
             self.hysteresis(),
             self.slew_limit(),
-            &spool,
+            &self.spool_dynamics(),
             R::from_f64(dt_s),
         )
+    }
+
+    /// Motion of the spool.
+    pub fn spool_dynamics(&self) -> SpoolDynamics<R> {
+        SpoolDynamics {
+            natural_frequency_hz: self.effect("spool-dynamics", "natural_frequency_Hz", 0.0),
+            damping_ratio: self.effect("spool-dynamics", "damping_ratio", 0.7),
+        }
     }
 
     /// Dead time of the command.

@@ -2,6 +2,7 @@
 
 /// SplitMix64 (Steele, Lea, Flood 2014): 64 bits of state, passes BigCrush,
 /// enough for the noise of a recording.
+#[derive(Clone, Debug)]
 pub(crate) struct Noise {
     state: u64,
 }

@@ -1,8 +1,7 @@
 //! The steps of CI and their summary.
 
-use crate::chip::TARGET;
 use crate::shell::{self, Outcome, as_typed, cargo};
-use crate::{lint, setup};
+use crate::{image, lint, setup, size};
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -93,14 +92,11 @@ fn find_recordings() -> Option<PathBuf> {
     candidate.canonicalize().ok().filter(|path| path.is_dir())
 }
 
-/// The task `chip`: the model for the microcontroller.
+/// The task `chip`: the images for the microcontroller build, pass clippy, and
+/// cost what they may.
 pub fn chip() -> Outcome {
-    let Some(core) = setup::prepare().core_for_chip else {
-        return Err(format!("no library `core` for {TARGET}").into());
-    };
-    let mut command = core.cargo(&["build", "-p", "model-core"]);
-    println!("{}", as_typed(&command));
-    shell::run(&mut command)
+    image::clippy()?;
+    size::run(&[])
 }
 
 /// Run in order, stop at the first failure, sum up at the end.

@@ -6,6 +6,7 @@
 //! refuses it. Checked with rustc-web 1.96.0 on Debian 12. The first such build
 //! lets cargo fetch the dependencies of the standard library (a few small crates).
 
+use crate::apt;
 use crate::shell::{self, command};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -49,16 +50,16 @@ fn debian_cargo(cargo: &Path, rustc: &Path, arguments: &[&str]) -> Command {
     let mut cargo = command(cargo, arguments);
     cargo
         .args(["--target", TARGET, "-Zbuild-std=core"])
-        // A directory of its own: two compilers in one would rebuild each other's work.
-        .args([
-            "--target-dir",
-            &shell::target_directory().join("debian").to_string_lossy(),
-        ])
         .env("RUSTC", rustc)
         .env("RUSTC_BOOTSTRAP", "1")
         // Set by the cargo that started us, and meant for its own compiler.
         .env_remove("LD_LIBRARY_PATH")
         .env_remove("CARGO");
+    if !arguments.contains(&"--target-dir") {
+        // A directory of its own: two compilers in one would rebuild each other's work.
+        let directory = shell::target_directory().join("debian");
+        cargo.arg("--target-dir").arg(directory);
+    }
     if let Some(linker) = find_linker() {
         cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
     }
@@ -101,10 +102,7 @@ pub fn is_fallback_forced() -> bool {
 
 /// What somebody would type to install the fallback.
 pub fn debian_install_line() -> String {
-    format!(
-        "apt-get install --no-install-recommends {}",
-        DEBIAN_PACKAGES.join(" ")
-    )
+    apt::install_line(&DEBIAN_PACKAGES)
 }
 
 /// Debian's packages, if all are installed and the compiler is new enough.
@@ -143,46 +141,12 @@ fn first_ending(listing: &str, ending: &str) -> Option<PathBuf> {
         .map(PathBuf::from)
 }
 
-/// Install Debian's packages, as root or with a sudo that asks nothing.
+/// Install Debian's packages.
 ///
 /// `--no-remove`: these packages exclude others of Debian, which are not ours to remove.
 pub fn install_debian() -> Option<CoreForChip> {
-    let is_root = shell::output_of(&mut command("id", &["-u"])).as_deref() == Some("0");
-    let apt = |arguments: &[&str]| {
-        let mut words = vec![
-            "apt-get",
-            if shell::is_watched() {
-                "--quiet=0"
-            } else {
-                "-qq"
-            },
-        ];
-        words.extend(arguments);
-        let mut apt = if is_root {
-            command("env", &words)
-        } else {
-            sudo(&words)
-        };
-        let outcome = shell::run(apt.env("DEBIAN_FRONTEND", "noninteractive"));
-        if let Err(failure) = &outcome {
-            println!("setup: {failure}");
-        }
-        outcome.is_ok()
-    };
-    println!("setup: installing {}", DEBIAN_PACKAGES.join(", "));
-    let mut install = vec!["install", "--yes", "--no-install-recommends", "--no-remove"];
-    install.extend(DEBIAN_PACKAGES);
-    if !apt(&install) && apt(&["update"]) {
-        apt(&install);
-    }
+    apt::install(&DEBIAN_PACKAGES, &["--no-remove"]);
     find_debian()
-}
-
-/// Never asks for a password: a task in CI would wait for ever.
-fn sudo(words: &[&str]) -> Command {
-    let mut sudo = command("sudo", &["--non-interactive"]);
-    sudo.args(words);
-    sudo
 }
 
 #[cfg(test)]

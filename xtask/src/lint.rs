@@ -2,6 +2,8 @@
 //!
 //! - Only `firmware/src/board/` may ask for a target: everywhere else the same
 //!   code runs on chip and host, and a condition would split what is compared.
+//! - Only there may the application be unsafe: the compiler cannot tell, since what
+//!   the framework generates is unsafe too.
 //! - `model-core` is `no_std`: also when a host build would not notice.
 
 use crate::shell::{self, Outcome};
@@ -10,6 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// The one place that may know its target.
 const BOARD: &str = "firmware/src/board";
+/// Where the application's sources lie.
+const FIRMWARE: &str = "firmware/src";
 /// Directories of the root that hold no sources of ours.
 const SKIPPED: [&str; 2] = ["target", "out"];
 /// Conditions that only the board may use.
@@ -26,6 +30,9 @@ pub fn run() -> Outcome {
         if !shown.starts_with(BOARD) {
             for line in target_conditions(&text) {
                 findings.push(format!("{}:{line}: asks for its target", shown.display()));
+            }
+            for line in unsafe_lines(&text).filter(|_| shown.starts_with(FIRMWARE)) {
+                findings.push(format!("{}:{line}: is unsafe", shown.display()));
             }
         }
     }
@@ -88,6 +95,21 @@ fn target_conditions(text: &str) -> Vec<usize> {
     lines
 }
 
+/// Lines with the word `unsafe`, or with permission for it.
+fn unsafe_lines(text: &str) -> impl Iterator<Item = usize> {
+    let code = without_line_comments(text);
+    let is_unsafe = |line: &str| {
+        let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
+        let may_be = line.contains("allow(") || line.contains("expect(");
+        words.any(|word| word == "unsafe" || (word == "unsafe_code" && may_be))
+    };
+    let found = code.lines().enumerate().filter(|(_, line)| is_unsafe(line));
+    found
+        .map(|(place, _)| place + 1)
+        .collect::<Vec<_>>()
+        .into_iter()
+}
+
 fn without_line_comments(text: &str) -> String {
     let code = |line: &str| line.split("//").next().unwrap_or_default().to_owned();
     text.lines().map(code).collect::<Vec<_>>().join("\n")
@@ -141,6 +163,13 @@ mod tests {
     fn comments_and_other_conditions_are_left_alone() {
         let text = source("// CONDITION(SYSTEM = \"none\")\n#[CONDITION(test)]\nlet SYSTEM = 1;\n");
         assert!(target_conditions(&text).is_empty());
+    }
+
+    #[test]
+    fn unsafe_code_is_found_and_its_prohibition_left_alone() {
+        let text = "fn a() {}\nunsafe fn b() {}\n#![expect(unsafe_code)]\n// unsafe\n";
+        assert_eq!(unsafe_lines(text).collect::<Vec<_>>(), [2, 3]);
+        assert_eq!(unsafe_lines("#![forbid(unsafe_code)]\n").count(), 0);
     }
 
     #[test]

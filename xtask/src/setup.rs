@@ -1,44 +1,37 @@
 //! What must be installed, and how it gets there. Safe to repeat; quick when all is there.
 
+use crate::apt;
 use crate::chip::{self, CoreForChip, TARGET};
 use crate::shell::{self, Outcome, cargo, command};
 
-/// What setup found or brought about.
-pub struct Ready {
-    /// How `core` for the microcontroller can be had.
-    pub core_for_chip: Option<CoreForChip>,
-    /// What is missing and what to do about it, one paragraph each.
-    pub missing: Vec<String>,
-}
+/// QEMU for Arm: the program and Debian's package have one name.
+pub const QEMU: &str = "qemu-system-arm";
 
 /// The task `setup`: fails if anything is missing.
 pub fn run() -> Outcome {
-    let ready = prepare();
-    if ready.missing.is_empty() {
+    let missing = prepare();
+    if missing.is_empty() {
         println!("setup: complete");
         return Ok(());
     }
-    Err(format!("setup is not complete\n\n{}", ready.missing.join("\n\n")).into())
+    Err(format!("setup is not complete\n\n{}", missing.join("\n\n")).into())
 }
 
-/// Find or install; what is missing afterwards is told, not hidden, and does not
-/// keep a task from running that can do without.
-pub fn prepare() -> Ready {
+/// Find or install; what is missing afterwards is told, one paragraph each with what
+/// to do about it, and does not keep a task from running that can do without.
+pub fn prepare() -> Vec<String> {
     let mut missing = Vec::new();
     for (component, probe) in [("rustfmt", "fmt"), ("clippy", "clippy")] {
         missing.extend(prepare_component(component, probe));
     }
-    let core_for_chip = prepare_core();
-    if core_for_chip.is_none() {
+    if prepare_core().is_none() {
         missing.push(advice_for_core());
     }
+    missing.extend(prepare_qemu());
     for paragraph in &missing {
         println!("setup: MISSING: {paragraph}");
     }
-    Ready {
-        core_for_chip,
-        missing,
-    }
+    missing
 }
 
 /// `Some` advice if the component is neither there nor could be added.
@@ -59,8 +52,30 @@ fn prepare_component(component: &str, probe: &str) -> Option<String> {
     })
 }
 
+/// `Some` advice if QEMU is neither there nor could be installed.
+fn prepare_qemu() -> Option<String> {
+    if has_qemu() {
+        println!("setup: {QEMU}: found");
+        return None;
+    }
+    println!("setup: {QEMU}: missing, asking Debian");
+    let installed = apt::install(&[QEMU], &[]) && has_qemu();
+    (!installed).then(|| {
+        format!(
+            "{QEMU}, which runs the firmware for `cargo xtask qemu`, `cargo xtask size` and the \
+             tests of both. With a network, on Debian: `{}`. Everything else works without it.",
+            apt::install_line(&[QEMU])
+        )
+    })
+}
+
+/// Whether QEMU for Arm can be started.
+pub fn has_qemu() -> bool {
+    shell::succeeds(&mut command(QEMU, &["--version"]))
+}
+
 /// What is there comes first: asking rustup without a network can take long.
-fn prepare_core() -> Option<CoreForChip> {
+pub fn prepare_core() -> Option<CoreForChip> {
     if !chip::is_fallback_forced() {
         if chip::toolchain_has_core() {
             println!("setup: core for {TARGET}: found");
@@ -92,9 +107,10 @@ fn rustup(arguments: &[&str]) -> bool {
     outcome.is_ok()
 }
 
-fn advice_for_core() -> String {
+/// What to do about a missing library `core`.
+pub fn advice_for_core() -> String {
     format!(
-        "the library `core` for {TARGET}, for the step `chip` of `cargo xtask ci`. With a \
+        "the library `core` for {TARGET}, for everything that builds an image of the firmware. With a \
          network: `rustup target add {TARGET}`, or on Debian `{}`, then `cargo xtask setup` \
          again. Everything for the host works without it.",
         chip::debian_install_line()

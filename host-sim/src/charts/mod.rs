@@ -3,8 +3,10 @@
 //!
 //! * `prediction.rs`: recorded and predicted signals, residuals, what drove them
 //! * `locate.rs`: where a misfit sits
-//! * `diagnosis.rs`, `fit.rs`, `compare.rs`, `inspection.rs`: the pages of the commands
+//! * `diagnosis.rs`, `fit.rs`, `compare.rs`, `inspection.rs`, `closed_loop.rs`: the
+//!   pages of the commands
 
+mod closed_loop;
 mod compare;
 mod diagnosis;
 mod fit;
@@ -12,6 +14,7 @@ mod inspection;
 mod locate;
 mod prediction;
 
+pub use closed_loop::closed_loop_page;
 pub use compare::compare_page;
 pub use diagnosis::diagnosis_page;
 pub use fit::fit_page;

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -190,12 +190,28 @@ pub(super) fn spinner() -> ProgressBar {
 
 /// Written beside and renamed: an interrupted run leaves the old file or the
 /// new one, never half of one.
-pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CommandError> {
+pub(super) fn write_with(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), CommandError> {
     let mut beside = path.as_os_str().to_owned();
     beside.push(".partial");
-    fs::write(&beside, text)
+    let written = File::create(&beside).and_then(|file| {
+        let mut out = BufWriter::new(file);
+        write(&mut out)?;
+        out.flush()
+    });
+    written
         .and_then(|()| fs::rename(&beside, path))
         .map_err(|error| cannot_write(path, &error))
+}
+
+pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
+    write_with(path, |out| out.write_all(bytes))
+}
+
+pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CommandError> {
+    write_bytes(path, text.as_bytes())
 }
 
 pub(super) fn write_json(path: &Path, content: &impl Serialize) -> Result<(), CommandError> {

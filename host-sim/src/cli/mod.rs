@@ -1,12 +1,16 @@
 //! The commands of the `pneuma` program. Each returns an exit status; a bad
 //! input is one line on standard error and status 2.
 
+pub mod closed_loop;
 pub mod compare;
+pub mod controller;
 pub mod demo;
 pub mod diagnose;
 pub mod fit;
 mod inputs;
 pub mod inspect;
+pub mod record;
+pub mod settings;
 pub mod simulate;
 
 use std::io::{self, Write};

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::CommandError;
+use crate::recording::Table;
 use crate::report::{Provenance, number};
 use crate::scenario::Scenario;
-use crate::simulate::{Simulation, Table, page, recorded, simulate};
+use crate::simulate::{Simulation, page, recorded, simulate};
 use crate::text::file_name;
 
 /// Simulate an axis: rig and command in, recording out.

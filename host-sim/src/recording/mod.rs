@@ -1,4 +1,5 @@
-//! Recordings: text tables of numbers, one row per instant, to signals in SI.
+//! Recordings: text tables of numbers, one row per instant, to signals in SI and
+//! back ([`Table`]).
 //!
 //! Responsibilities: take the files as loggers write them (comma, tab,
 //! semicolon or blanks; a header line, a commented header or none; comment
@@ -19,10 +20,13 @@
 mod error;
 mod layout;
 mod read;
+mod write;
 
 use std::collections::BTreeMap;
 
 pub use error::RecordingError;
+pub(crate) use write::arrange;
+pub use write::{Output, Table};
 
 /// The largest number of rows that is read. At eight signals it is 1.4 GB.
 pub const MAXIMUM_ROWS: usize = 20_000_000;

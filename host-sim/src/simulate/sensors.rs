@@ -2,21 +2,13 @@
 //!
 //! Per signal: the effects of its sensor (lag of the pressure sensors, time skew
 //! of the position), then, with a seed, the declared noise and quantum, then
-//! the way back from SI to the column's unit. So the table reads back through
-//! the same rig's `[signals]`; a signal that the rig does not name stands in SI
-//! under the name given here.
+//! the way back from SI to the column's unit ([`Table`]).
 
-use std::io::{self, Write};
-
-use super::{Sample, Simulation, error, values};
+use super::{Sample, Simulation, values};
 use crate::random::Noise;
-use crate::report::number::Rounding;
-use crate::rig::{Column, RigError, Signal};
+use crate::recording::{Output, Table};
+use crate::rig::{RigError, Signal};
 use crate::scenario::Scenario;
-
-/// Digits of the numbers in the table: 1e-12 of a value is far below any
-/// sensor, and rounding keeps 0.1 + 0.2 from filling a line.
-const DIGITS: i32 = 12;
 
 /// One column that a simulation can write.
 struct Channel {
@@ -44,91 +36,23 @@ const CHANNELS: &[Channel] = &[
     Channel { name: "friction_N", signal: "", value: |sample| sample.friction_n, is_state: true },
 ];
 
-/// A recording as it is written: names and columns.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    /// The header.
-    pub names: Vec<String>,
-    /// One column per name.
-    pub columns: Vec<Vec<f64>>,
-}
-
-impl Table {
-    /// Writes it as CSV with a header line.
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(out, "{}", self.names.join(","))?;
-        let rows = self.columns.first().map_or(0, Vec::len);
-        for row in 0..rows {
-            for (place, column) in self.columns.iter().enumerate() {
-                let separator = if place == 0 { "" } else { "," };
-                write!(out, "{separator}{}", column[row])?;
-            }
-            writeln!(out)?;
-        }
-        Ok(())
-    }
-}
-
 /// The simulation as the rig would have recorded it.
 pub fn recorded(scenario: &Scenario, simulation: &Simulation) -> Result<Table, RigError> {
-    let channels: Vec<(usize, &Channel)> = CHANNELS
+    let outputs: Vec<Output> = CHANNELS
         .iter()
         .enumerate()
         .filter(|(_, channel)| scenario.records_states || !channel.is_state)
-        .collect();
-    let order = places(scenario, &channels)?;
-    let ordered = order.into_iter().map(|place| channels[place]);
-    let (names, columns) = ordered
-        .map(|(stream, channel)| {
-            let name = header_name(scenario, channel);
-            (name, column(scenario, simulation, channel, stream))
+        .map(|(stream, channel)| Output {
+            name: channel.name,
+            signal: channel.signal,
+            values: values_si(scenario, simulation, channel, stream),
         })
-        .unzip();
-    Ok(Table { names, columns })
+        .collect();
+    Table::new(&scenario.rig, &scenario.rig_name, &outputs)
 }
 
-fn signal<'a>(scenario: &'a Scenario, channel: &Channel) -> Option<&'a Signal> {
-    scenario.rig.signals.get(channel.signal)
-}
-
-fn header_name(scenario: &Scenario, channel: &Channel) -> String {
-    match signal(scenario, channel).map(|signal| &signal.column) {
-        Some(Column::Name(name)) if name.contains([',', '"']) => {
-            format!("\"{}\"", name.replace('"', "\"\""))
-        }
-        Some(Column::Name(name)) => name.clone(),
-        _ => channel.name.into(),
-    }
-}
-
-/// Which channel stands in which column: numbered ones where the rig says, the
-/// others in the places left.
-fn places(scenario: &Scenario, channels: &[(usize, &Channel)]) -> Result<Vec<usize>, RigError> {
-    let numbered = |place: usize| match signal(scenario, channels[place].1)?.column {
-        Column::Number(number) => Some(number),
-        Column::Name(_) => None,
-    };
-    let mut slots: Vec<Option<usize>> = vec![None; channels.len()];
-    for place in 0..channels.len() {
-        let Some(number) = numbered(place) else {
-            continue;
-        };
-        let Some(slot) = slots.get_mut(number) else {
-            let key = format!("signals.{}.column", channels[place].1.signal);
-            let problem = format!("a simulation has no column {number}");
-            let expected = format!("a name, or a number below {}", channels.len());
-            return Err(error(&scenario.rig_name, &key, problem, &expected));
-        };
-        *slot = Some(place);
-    }
-    let mut others = (0..channels.len()).filter(|place| numbered(*place).is_none());
-    Ok(slots
-        .into_iter()
-        .filter_map(|slot| slot.or_else(|| others.next()))
-        .collect())
-}
-
-fn column(
+/// What the logger takes from the sensor.
+fn values_si(
     scenario: &Scenario,
     simulation: &Simulation,
     channel: &Channel,
@@ -136,19 +60,10 @@ fn column(
 ) -> Vec<f64> {
     let exact: Vec<f64> = simulation.samples.iter().map(channel.value).collect();
     let sensed = sensed(scenario, simulation, channel, exact);
-    let rounding = Rounding::Significant(DIGITS);
-    let Some(signal) = signal(scenario, channel) else {
-        return sensed
-            .into_iter()
-            .map(|value| rounding.apply(value))
-            .collect();
-    };
-    let gauge_zero_pa = scenario.rig.signals.gauge_zero_pa;
-    let disturbed = disturbed(scenario.noise_seed, signal, channel, stream, sensed);
-    disturbed
-        .into_iter()
-        .map(|value| rounding.apply(signal.from_si(value, gauge_zero_pa)))
-        .collect()
+    match scenario.rig.signals.get(channel.signal) {
+        Some(signal) => disturbed(scenario.noise_seed, signal, channel, stream, sensed),
+        None => sensed,
+    }
 }
 
 /// The effects of the sensor.

@@ -74,6 +74,16 @@ impl<R: Real> AreaTable<R> {
         table
     }
 
+    /// The openings of the points, V.
+    pub fn openings_v(&self) -> &[R] {
+        self.openings_v.get(..self.length).unwrap_or(&[])
+    }
+
+    /// The areas of the points, m2.
+    pub fn areas_m2(&self) -> &[R] {
+        self.areas_m2.get(..self.length).unwrap_or(&[])
+    }
+
     /// Area at an opening of nought or more; level beyond the last point.
     #[inline]
     pub fn area_m2(&self, opening_v: R) -> R {
@@ -81,8 +91,8 @@ impl<R: Real> AreaTable<R> {
         let last = self.length - 1;
         let area = if stretched <= R::ZERO {
             self.areas_m2[0]
-        } else if stretched >= self.openings_v[last] {
-            self.areas_m2[last]
+        } else if stretched >= at(&self.openings_v, last) {
+            at(&self.areas_m2, last)
         } else {
             let above = self.first_above(&self.openings_v, stretched);
             interpolate(&self.openings_v, &self.areas_m2, above, stretched)
@@ -95,12 +105,12 @@ impl<R: Real> AreaTable<R> {
     /// runs backwards.
     pub fn opening_v(&self, flow: R, flow_per_m2: R) -> (R, bool) {
         let last = self.length - 1;
-        let full_v = self.openings_v[last] * self.opening_stretch;
+        let full_v = at(&self.openings_v, last) * self.opening_stretch;
         if flow_per_m2 <= R::ZERO {
             return (R::ZERO, false);
         }
         let area = flow / flow_per_m2 / self.area_scale;
-        if area > self.areas_m2[last] {
+        if area > at(&self.areas_m2, last) {
             return (full_v, false);
         }
         if area < self.areas_m2[0] {
@@ -114,7 +124,7 @@ impl<R: Real> AreaTable<R> {
     /// The opening up to which only the leakage flows, V.
     pub fn edge_v(&self) -> R {
         let mut point = 0;
-        while point < self.last_point() && self.areas_m2[point + 1] <= self.areas_m2[0] {
+        while point < self.last_point() && at(&self.areas_m2, point + 1) <= self.areas_m2[0] {
             point += 1;
         }
         self.point_v(point)
@@ -129,7 +139,7 @@ impl<R: Real> AreaTable<R> {
     /// Opening of a point, V.
     #[inline]
     pub(super) fn point_v(&self, point: usize) -> R {
-        self.openings_v[point.min(self.last_point())] * self.opening_stretch
+        at(&self.openings_v, point.min(self.last_point())) * self.opening_stretch
     }
 
     /// Index of the first entry above `value`, or the last one; at least 1.
@@ -137,7 +147,7 @@ impl<R: Real> AreaTable<R> {
         let (mut above, mut last) = (1, self.length - 1);
         while above < last {
             let middle = usize::midpoint(above, last);
-            if column[middle] <= value {
+            if at(column, middle) <= value {
                 above = middle + 1;
             } else {
                 last = middle;
@@ -147,6 +157,12 @@ impl<R: Real> AreaTable<R> {
     }
 }
 
+/// The entry at this place, or the last one: no place panics.
+#[inline]
+fn at<R: Real>(column: &[R; TABLE_CAPACITY], place: usize) -> R {
+    column[place.min(TABLE_CAPACITY - 1)]
+}
+
 /// y at x, on the line through the points `above - 1` and `above`.
 fn interpolate<R: Real>(
     xs: &[R; TABLE_CAPACITY],
@@ -154,8 +170,9 @@ fn interpolate<R: Real>(
     above: usize,
     x: R,
 ) -> R {
-    let (x0, x1) = (xs[above - 1], xs[above]);
-    let (y0, y1) = (ys[above - 1], ys[above]);
+    let below = above.saturating_sub(1);
+    let (x0, x1) = (at(xs, below), at(xs, above));
+    let (y0, y1) = (at(ys, below), at(ys, above));
     if x1 > x0 {
         y0 + (x - x0) * ((y1 - y0) / (x1 - x0))
     } else {

@@ -1,0 +1,303 @@
+//! STM32F405RG at 168 MHz with converters for a real axis: docs/hardware.md.
+//!
+//! | pin | signal | unit |
+//! |---|---|---|
+//! | PA0, PA1, PA2 | pressures a, b and supply, 0..10 V behind a divider | ADC1 |
+//! | PA3 | velocity, +-10 V behind a divider with an offset | ADC1 |
+//! | PA4 | valve, to switch and amplifier | DAC |
+//! | PB9 | switch: low centres the valve, high gives it the converter | |
+//! | PC0 | valve, behind the amplifier | ADC2 |
+//! | PB12 to PB15 | position: select, clock, in, out | SPI2 |
+//! | PA15, PC10, PC12 | valve with `spi-dac`: select, clock, out | SPI3 |
+//! | PA9, PA10 | serial line, out and in | USART1 |
+//! | PB8 | lamp: on while the board runs without a fault of its clocks | |
+//!
+//! Everything that is waited for, is waited for a bounded time: the image also
+//! starts where nothing of all this exists (QEMU's netduinoplus2, whose clocks
+//! never report ready), says so, and leaves the valve alone.
+#![expect(unsafe_code, reason = "registers, and memory that the DMA writes")]
+
+mod clocks;
+mod converters;
+mod flash;
+mod reset_cause;
+mod serial;
+mod spi;
+mod valve;
+mod watchdog;
+
+use super::{Axis, Board, Parts, Stopwatch};
+use clocks::{ClockFault, Clocks};
+use converters::Converters;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{DWT, SCB, SYST};
+use defmt_rtt as _;
+use firmware::codes::{AdcCodes, DacCode};
+use firmware::control_task::Sample;
+use firmware::fault::{Fault, Finding};
+use firmware::parts::ads8681::{Ads8681, Span};
+use flash::Flash;
+use spi::{Bus, CoreDelay, Device, Edge};
+use stm32f4xx_hal::gpio::{GpioExt, Output, PB12, PinState, Speed};
+use stm32f4xx_hal::pac::{self, SPI2};
+use valve::Converter;
+use watchdog::Watchdog;
+
+/// The chip's interrupts.
+pub use stm32f4xx_hal::pac as device;
+
+/// Ticks a second: 1000 to 8000.
+const TICKS_PER_S: u32 = 1_000;
+/// What the position sensor puts out.
+const POSITION_SPAN: Span = Span::PlusMinus10V;
+
+/// The board.
+pub struct Stm32f405;
+
+impl Board for Stm32f405 {
+    type Axis = RealAxis;
+    type Stopwatch = CycleCounter;
+    type SerialIn = serial::Receiver;
+    type SerialOut = serial::Transmitter;
+    type Watchdog = Watchdog;
+    type Storage = Flash;
+
+    const TICK_PERIOD_NS: u32 = 1_000_000_000 / TICKS_PER_S;
+    const ANSWERS_PLANT: bool = false;
+
+    fn start(mut core: cortex_m::Peripherals) -> Parts<Self> {
+        // SAFETY: the start-up code's one call; nobody else has them.
+        let mut chip = unsafe { pac::Peripherals::steal() };
+        let reset_cause = reset_cause::take(&chip.RCC);
+        let watchdog = Watchdog::start(chip.IWDG);
+        let clocks = clocks::start(&chip.RCC, &chip.FLASH, &chip.PWR);
+        tell(&clocks, &chip.FLASH);
+
+        let rcc = &mut chip.RCC;
+        let (a, b, c) = (
+            chip.GPIOA.split(rcc),
+            chip.GPIOB.split(rcc),
+            chip.GPIOC.split(rcc),
+        );
+        let _analogue = (
+            (
+                a.pa0.into_analog(),
+                a.pa1.into_analog(),
+                a.pa2.into_analog(),
+            ),
+            (
+                a.pa3.into_analog(),
+                a.pa4.into_analog(),
+                c.pc0.into_analog(),
+            ),
+        );
+        let _serial = (
+            a.pa9.into_alternate::<7>().speed(Speed::Medium),
+            a.pa10.into_alternate::<7>().internal_pull_up(true),
+        );
+        // A mode out of the pull-down: an open wire gives zeroes, which no sound
+        // frame of the position converter is.
+        let _position = (
+            b.pb13.into_alternate::<5>().speed(Speed::High),
+            b.pb14.into_alternate::<5>().internal_pull_down(true),
+            b.pb15.into_alternate::<5>().speed(Speed::High),
+        );
+        let lamp = PinState::from(clocks.fault.is_none());
+        let _lamp = b.pb8.into_push_pull_output_in_state(lamp);
+        let select = b.pb12.into_push_pull_output_in_state(PinState::High);
+
+        let delay = CoreDelay::new(clocks.core_hz);
+        rcc.apb1enr().modify(|_, w| w.spi2en().set_bit());
+        let Ok(device) = Device::new(Bus::new(chip.SPI2, Edge::First), select, delay);
+        let mut position = Ads8681::new(device, delay, POSITION_SPAN);
+        if position.configure().is_err() {
+            defmt::error!("position converter: the bus does not answer");
+        }
+
+        #[cfg(not(feature = "spi-dac"))]
+        let valve = Converter::start(rcc, chip.DAC);
+        #[cfg(feature = "spi-dac")]
+        let valve = {
+            rcc.apb1enr().modify(|_, w| w.spi3en().set_bit());
+            let _clock = c.pc10.into_alternate::<6>().speed(Speed::High);
+            let _out = c.pc12.into_alternate::<6>().speed(Speed::High);
+            let select = a.pa15.into_push_pull_output_in_state(PinState::High);
+            Converter::start(Bus::new(chip.SPI3, Edge::Second), select, delay)
+        };
+
+        let (serial_in, serial_out) = serial::start(rcc, chip.USART1, clocks.apb2_hz);
+        let converters = Converters::new(
+            rcc,
+            (chip.TIM2, chip.DMA2),
+            (chip.ADC1, chip.ADC2),
+            &chip.ADC_COMMON,
+        );
+        start_supervision(&mut core.SYST, clocks.core_hz);
+        watchdog.end_patience();
+
+        let _switch = b.pb9.into_push_pull_output_in_state(PinState::High);
+
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
+        Parts {
+            axis: RealAxis {
+                converters,
+                timers_hz: clocks.apb1_timers_hz,
+                position,
+                valve,
+                written: valve::MIDDLE,
+                has_overrun: false,
+                tick: 0,
+            },
+            stopwatch: CycleCounter { from: 0 },
+            serial_in,
+            serial_out,
+            watchdog,
+            storage: Flash::new(chip.FLASH),
+            reset_cause,
+            finding: clocks.fault.map(finding_of),
+        }
+    }
+
+    fn sample_streamed() {}
+
+    fn run_ended() {}
+
+    fn give_up() -> ! {
+        SCB::sys_reset()
+    }
+
+    fn stack_bytes() -> u32 {
+        0
+    }
+}
+
+/// How often the supervisor runs.
+const SUPERVISIONS_PER_S: u32 = 100;
+
+fn start_supervision(timer: &mut SYST, core_hz: u32) {
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(core_hz / SUPERVISIONS_PER_S - 1);
+    timer.clear_current();
+    timer.enable_interrupt();
+    timer.enable_counter();
+}
+
+#[cortex_m_rt::exception]
+fn SysTick() {
+    rtic::pend(pac::Interrupt::TIM7);
+}
+
+fn finding_of(fault: ClockFault) -> Finding {
+    Fault::ClockFailed.at(match fault {
+        ClockFault::Crystal => 0,
+        ClockFault::Pll => 1,
+    })
+}
+
+/// Tells the log, if somebody listens.
+fn tell(clocks: &Clocks, flash: &pac::FLASH) {
+    defmt::info!("core at {} Hz", clocks.core_hz);
+    if flash.optcr().read().bor_lev().is_bor_off() {
+        defmt::warn!("brown-out reset is off: set its level, see docs/hardware.md");
+    }
+}
+
+/// The converters' axis.
+pub struct RealAxis {
+    converters: Converters,
+    /// Clock of the ticks' timer.
+    timers_hz: u32,
+    position: Ads8681<Device<SPI2, PB12<Output>>, CoreDelay>,
+    valve: Converter,
+    /// The last command, which is put out from the next tick's begin on.
+    written: DacCode,
+    /// A tick began before the last command was written.
+    has_overrun: bool,
+    tick: u32,
+}
+
+/// How far the valve's voltage may be from its command, in codes: 200 mV, the
+/// sum of the worst errors of converter, amplifier, divider and ADC being 144 mV
+/// (docs/hardware.md).
+const VOLTAGE_TOLERANCE: u16 = 1_311;
+
+impl RealAxis {
+    fn valve_finding(&mut self) -> Option<Finding> {
+        let expected = Converter::as_put_out(self.written);
+        if self.valve.output() != expected {
+            return Some(Fault::DacMismatch.at(0));
+        }
+        let is_there = self
+            .converters
+            .valve_voltage()
+            .is_some_and(|voltage| voltage.0.abs_diff(expected.0) <= VOLTAGE_TOLERANCE);
+        (!is_there).then(|| Fault::DacMismatch.at(1))
+    }
+}
+
+impl Axis for RealAxis {
+    fn begin(&mut self) {
+        self.converters.start(self.timers_hz, TICKS_PER_S);
+    }
+
+    fn sample(&mut self, streamed: &Sample) -> Sample {
+        self.valve.begin_tick();
+        let conversions = self.converters.take();
+        self.converters.measure_valve();
+        let position = self.position.convert();
+        self.tick = self.tick.wrapping_add(1);
+        // The ring of the serial line is looked at each tick.
+        rtic::pend(pac::Interrupt::USART1);
+        Sample {
+            tick: self.tick,
+            codes: AdcCodes {
+                position,
+                pressure_a: conversions.pressure_a,
+                pressure_b: conversions.pressure_b,
+                supply_pressure: conversions.supply_pressure,
+                velocity: conversions.velocity,
+            },
+            reference: streamed.reference,
+        }
+    }
+
+    fn finding(&mut self) -> Option<Finding> {
+        if core::mem::take(&mut self.has_overrun) {
+            return Some(Fault::TaskOverrun.at(0));
+        }
+        self.valve_finding()
+    }
+
+    fn write_valve(&mut self, code: DacCode) {
+        self.valve.write(code);
+        self.written = code;
+        self.has_overrun = self.converters.is_complete();
+    }
+}
+
+/// The core's cycle counter.
+pub struct CycleCounter {
+    from: u32,
+}
+
+impl Stopwatch for CycleCounter {
+    const COUNTS_PER_S: u32 = 168_000_000;
+
+    fn start(&mut self) {
+        self.from = DWT::cycle_count();
+    }
+
+    fn stop(&mut self) -> u32 {
+        DWT::cycle_count().wrapping_sub(self.from)
+    }
+}
+
+/// The crystal has stopped: the chip runs on its internal oscillator now, at a
+/// tenth of its clock. A new start finds that out and reports it, and until then
+/// the valve is at its middle, where the reset leaves it.
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() {
+    super::keep(firmware::start::CRYSTAL_STOPPED);
+    SCB::sys_reset()
+}

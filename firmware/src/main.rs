@@ -1,0 +1,418 @@
+//! The application: tasks and their priorities. What they do stands in the
+//! library, what they touch in `board/`.
+//!
+//! | task | priority | deadline | when missed |
+//! |---|---:|---|---|
+//! | control | 4 | the next sample | the sample's number skips ahead, which the next tick sees |
+//! | receive | 3 | the next byte on the serial line | the frame fails its CRC and is dropped and counted |
+//! | supervise | 2 | the watchdog's time | the watchdog resets the board |
+//! | transmit | 1 | none | commands that find the queue full are counted |
+#![no_std]
+#![no_main]
+
+mod board;
+
+use board::{Board, Chosen};
+use core::panic::PanicInfo;
+
+/// Shorthand for the parts of the board that this image is for.
+mod part {
+    use super::{Board, Chosen};
+    pub type Axis = <Chosen as Board>::Axis;
+    pub type Stopwatch = <Chosen as Board>::Stopwatch;
+    pub type SerialIn = <Chosen as Board>::SerialIn;
+    pub type SerialOut = <Chosen as Board>::SerialOut;
+    pub type Watchdog = <Chosen as Board>::Watchdog;
+    pub type Storage = <Chosen as Board>::Storage;
+}
+
+#[rtic::app(device = crate::board::device, peripherals = false)]
+mod app {
+    use super::part;
+    use crate::board::{
+        Axis, Board, Chosen, Parts, SerialIn, SerialOut, Stopwatch, Watchdog, device, keep,
+        take_kept,
+    };
+    use firmware::codes::{AdcCodes, DacCode};
+    use firmware::control_task::{Command, ControlTask, Sample, State};
+    use firmware::cost::{Cost, Report};
+    use firmware::frame::{self, Decoder, Received};
+    use firmware::link::{self, FromPlant, Order, Payload};
+    use firmware::settings::slots::{Slots, Start};
+    use firmware::settings::transfer::Transfer;
+    use firmware::start::{ResetCause, cause_of, finding_of};
+    use firmware::telemetry::{self, Record, Streaming, Tap, TelemetryQueue};
+    use heapless::spsc::{Consumer, Producer, Queue};
+    use model_core::reference::Reference;
+    use rtic::Mutex;
+
+    #[expect(clippy::cast_possible_truncation, reason = "the nearest f32 is meant")]
+    const TICK_PERIOD_S: f32 = (Chosen::TICK_PERIOD_NS as f64 * 1e-9) as f32;
+    /// Commands on their way to the serial line.
+    const QUEUE_LENGTH: usize = 8;
+    /// Runs of the supervisor from one status report to the next: some a second.
+    const SUPERVISIONS_PER_STATUS: u8 = 20;
+    /// Nothing is asked for.
+    const NO_REFERENCE: Reference<f32> = Reference {
+        position_m: f32::NAN,
+        velocity_m_per_s: f32::NAN,
+        acceleration_m_per_s2: f32::NAN,
+    };
+
+    #[shared]
+    struct Shared {
+        /// The control task, also for those who ask how it is or tell it something.
+        control_task: ControlTask,
+        /// The latest sample or reference that came over the serial line.
+        streamed: Sample,
+        /// Takes ticks for telemetry.
+        tap: Tap<'static>,
+        /// What the application tells of itself.
+        report: Report,
+        /// A frame that has time: about settings or telemetry.
+        request: Option<Payload>,
+        /// The plant has ended the run.
+        has_ended: bool,
+        /// A status report is due.
+        status_is_due: bool,
+    }
+
+    #[local]
+    struct Local {
+        axis: part::Axis,
+        stopwatch: part::Stopwatch,
+        /// Code of the fault that is kept over a reset.
+        kept_fault: u8,
+        commands: Producer<'static, Command>,
+        serial_in: part::SerialIn,
+        decoder: Decoder,
+        watchdog: part::Watchdog,
+        supervision: Supervision,
+        serial_out: part::SerialOut,
+        outgoing: Consumer<'static, Command>,
+        tapped: Consumer<'static, Record>,
+        slots: Slots<part::Storage>,
+        transfer: Transfer,
+        started: Started,
+    }
+
+    /// What the supervisor remembers.
+    pub struct Supervision {
+        /// Ticks that the control task had run.
+        ticks: u32,
+        /// Runs of the supervisor since the last status report.
+        since_status: u8,
+    }
+
+    /// How the board started.
+    pub struct Started {
+        reset_cause: ResetCause,
+        has_built_in_settings: bool,
+    }
+
+    #[init(local = [
+        queue: Queue<Command, QUEUE_LENGTH> = Queue::new(),
+        telemetry_queue: TelemetryQueue = Queue::new(),
+    ])]
+    fn init(context: init::Context) -> (Shared, Local) {
+        let kept_cause = take_kept().unwrap_or(0);
+        let Parts {
+            mut axis,
+            stopwatch,
+            serial_in,
+            mut serial_out,
+            watchdog,
+            storage,
+            reset_cause,
+            finding,
+        } = Chosen::start(context.core);
+        let (slots, start) = settings(storage);
+        let has_built_in_settings = !start.origin.is_of_this_rig();
+        let mut control_task = ControlTask::new(start.controller);
+        // The last one counts: what nobody can acknowledge, and the clocks' first.
+        let found = [
+            finding_of(kept_cause),
+            reset_cause.finding(),
+            start.origin.finding(),
+            finding,
+        ];
+        for finding in found.into_iter().flatten() {
+            control_task.recall(finding);
+        }
+        let (commands, outgoing) = context.local.queue.split();
+        let (tap, tapped) = context.local.telemetry_queue.split();
+        send(&mut serial_out, &link::hello(Chosen::TICK_PERIOD_NS));
+        axis.begin();
+        let shared = Shared {
+            control_task,
+            streamed: nothing_streamed(),
+            tap: Tap::new(tap, DacCode(0x8000)),
+            report: Report {
+                cost: Cost::default(),
+                counts_per_s: part::Stopwatch::COUNTS_PER_S,
+                stack_bytes: 0,
+                dropped_frames: 0,
+                lost_commands: 0,
+                reset_cause: reset_cause as u8,
+                kept_cause,
+            },
+            request: None,
+            has_ended: false,
+            status_is_due: false,
+        };
+        let local = Local {
+            axis,
+            stopwatch,
+            kept_fault: 0,
+            commands,
+            serial_in,
+            decoder: Decoder::new(),
+            watchdog,
+            supervision: Supervision {
+                ticks: 0,
+                since_status: 0,
+            },
+            serial_out,
+            outgoing,
+            tapped,
+            slots,
+            transfer: Transfer::new(TICK_PERIOD_S),
+            started: Started {
+                reset_cause,
+                has_built_in_settings,
+            },
+        };
+        (shared, local)
+    }
+
+    /// The settings in the slots, or the built-in ones. The slot that the next
+    /// settings go to is erased now, while nothing has to be in time.
+    fn settings(storage: part::Storage) -> (Slots<part::Storage>, Start) {
+        let Ok((mut slots, start)) = Slots::start(storage, TICK_PERIOD_S) else {
+            // Not with a board's own period, which the settings were tried with.
+            Chosen::give_up();
+        };
+        // Where it cannot be erased, storing says so.
+        let _erased = slots.prepare();
+        (slots, start)
+    }
+
+    #[idle]
+    fn idle(_: idle::Context) -> ! {
+        loop {
+            cortex_m::asm::wfi();
+        }
+    }
+
+    #[task(binds = DMA2_STREAM0, priority = 4, shared = [control_task, streamed, tap, report],
+           local = [axis, stopwatch, kept_fault, commands])]
+    fn control(context: control::Context) {
+        let (mut local, mut shared) = (context.local, context.shared);
+        local.stopwatch.start();
+        let sample = shared.streamed.lock(|streamed| local.axis.sample(streamed));
+        let finding = local.axis.finding();
+        let command = shared.control_task.lock(|control_task| {
+            finding.map(|finding| control_task.note_fault(finding));
+            control_task.tick(&sample)
+        });
+        local.axis.write_valve(command.valve);
+        hand_on(&mut local, &mut shared, &sample, command);
+    }
+
+    /// Tells the other tasks, and stops the watch.
+    fn hand_on(
+        local: &mut control::LocalResources<'_>,
+        shared: &mut control::SharedResources<'_>,
+        sample: &Sample,
+        command: Command,
+    ) {
+        if command.state == State::Fault {
+            // Nothing moves after the acknowledgement until somebody asks anew.
+            shared.streamed.lock(|it| it.reference = NO_REFERENCE);
+        }
+        if command.fault != *local.kept_fault {
+            *local.kept_fault = command.fault;
+            let latched = shared
+                .control_task
+                .lock(|control_task| control_task.latched());
+            keep(cause_of(latched));
+        }
+        shared.tap.lock(|tap| tap.offer(sample, &command));
+        let is_lost = Chosen::ANSWERS_PLANT && local.commands.enqueue(command).is_err();
+        rtic::pend(device::Interrupt::UART5);
+        shared.report.lock(|report| {
+            report.lost_commands = report.lost_commands.saturating_add(u32::from(is_lost));
+            report.cost.add(local.stopwatch.stop());
+        });
+    }
+
+    #[task(binds = USART1, priority = 3, shared = [control_task, streamed, request, has_ended],
+           local = [serial_in, decoder])]
+    fn receive(mut context: receive::Context) {
+        let decoder = context.local.decoder;
+        let Some(byte) = context.local.serial_in.byte() else {
+            return;
+        };
+        let is_dropped = match decoder.feed(byte) {
+            Received::Nothing => false,
+            Received::Payload(payload) => !take(payload, &mut context.shared),
+            Received::Dropped => true,
+        };
+        if is_dropped {
+            context.shared.control_task.lock(count_dropped);
+        }
+    }
+
+    /// Does what a frame asks for; whether anybody here wants it.
+    fn take(payload: &[u8], shared: &mut receive::SharedResources<'_>) -> bool {
+        match link::from_plant(payload) {
+            Some(FromPlant::Sample(sample)) if Chosen::ANSWERS_PLANT => {
+                shared.streamed.lock(|streamed| *streamed = sample);
+                Chosen::sample_streamed();
+            }
+            Some(FromPlant::End) if Chosen::ANSWERS_PLANT => {
+                shared.has_ended.lock(|has_ended| *has_ended = true);
+                rtic::pend(device::Interrupt::UART5);
+            }
+            Some(FromPlant::Reference(reference)) if !Chosen::ANSWERS_PLANT => {
+                shared.streamed.lock(|it| it.reference = reference);
+            }
+            // A fault that did not happen is for simulations only.
+            Some(FromPlant::Order(order))
+                if Chosen::ANSWERS_PLANT || order == Order::Acknowledge =>
+            {
+                shared.control_task.lock(|it| it.obey(order));
+            }
+            None => return put_by(payload, shared),
+            Some(_) => return false,
+        }
+        true
+    }
+
+    /// Leaves a frame to the task that has time; its sender waits for the answer
+    /// to the one before.
+    fn put_by(payload: &[u8], shared: &mut receive::SharedResources<'_>) -> bool {
+        let request = Payload::from_slice(payload).ok();
+        let is_taken = shared.request.lock(|waiting| {
+            let is_free = waiting.is_none();
+            if is_free {
+                *waiting = request;
+            }
+            is_free
+        });
+        rtic::pend(device::Interrupt::UART5);
+        is_taken
+    }
+
+    fn count_dropped(control_task: &mut ControlTask) {
+        let dropped = &mut control_task.counters_mut().dropped_frames;
+        *dropped = dropped.saturating_add(1);
+    }
+
+    #[task(binds = TIM7, priority = 2, shared = [report, status_is_due],
+           local = [watchdog, supervision])]
+    fn supervise(mut context: supervise::Context) {
+        let supervision = context.local.supervision;
+        let ticks = context.shared.report.lock(|report| report.cost.ticks);
+        if ticks != supervision.ticks {
+            context.local.watchdog.feed();
+        }
+        supervision.ticks = ticks;
+        supervision.since_status = (supervision.since_status + 1) % SUPERVISIONS_PER_STATUS;
+        if supervision.since_status == 0 && !Chosen::ANSWERS_PLANT {
+            context.shared.status_is_due.lock(|is_due| *is_due = true);
+            rtic::pend(device::Interrupt::UART5);
+        }
+    }
+
+    #[task(binds = UART5, priority = 1,
+           shared = [control_task, tap, report, request, has_ended, status_is_due],
+           local = [serial_out, outgoing, tapped, slots, transfer, started])]
+    fn transmit(context: transmit::Context) {
+        let (mut local, mut shared) = (context.local, context.shared);
+        while let Some(command) = local.outgoing.dequeue() {
+            send(local.serial_out, &link::command(&command));
+        }
+        while let Some(record) = local.tapped.dequeue() {
+            send(local.serial_out, &telemetry::tick(&record));
+        }
+        if let Some(request) = shared.request.lock(Option::take) {
+            match answer(&request, &mut local, &mut shared) {
+                Some(answer) => send(local.serial_out, &answer),
+                None => shared.control_task.lock(count_dropped),
+            }
+        }
+        if shared.status_is_due.lock(core::mem::take) {
+            let started = &local.started;
+            let status = shared
+                .control_task
+                .lock(|it| it.status(started.reset_cause, started.has_built_in_settings));
+            send(local.serial_out, &status.payload());
+        }
+        if shared.has_ended.lock(core::mem::take) {
+            end_run(local.serial_out, &mut shared);
+        }
+    }
+
+    /// The answer to a frame about settings or telemetry; `None` to any other.
+    fn answer(
+        request: &[u8],
+        local: &mut transmit::LocalResources<'_>,
+        shared: &mut transmit::SharedResources<'_>,
+    ) -> Option<Payload> {
+        if let Some(decimation) = telemetry::read_stream(request) {
+            shared.tap.lock(|tap| tap.set_decimation(decimation));
+            return Some(telemetry::streaming(Streaming {
+                decimation,
+                tick_period_ns: Chosen::TICK_PERIOD_NS,
+            }));
+        }
+        let has_built_in_settings = &mut local.started.has_built_in_settings;
+        local.transfer.serve(request, local.slots, |controller| {
+            shared
+                .control_task
+                .lock(|it| it.replace_controller(controller))?;
+            *has_built_in_settings = false;
+            Ok(())
+        })
+    }
+
+    fn end_run(serial_out: &mut part::SerialOut, shared: &mut transmit::SharedResources<'_>) {
+        let mut report = shared.report.lock(|report| *report);
+        report.dropped_frames = shared
+            .control_task
+            .lock(|it| it.counters_mut().dropped_frames);
+        report.stack_bytes = Chosen::stack_bytes();
+        send(serial_out, &report.payload());
+        Chosen::run_ended();
+    }
+
+    fn send(serial_out: &mut part::SerialOut, payload: &[u8]) {
+        if let Some(frame) = frame::encode(payload) {
+            serial_out.send(&frame);
+        }
+    }
+
+    fn nothing_streamed() -> Sample {
+        Sample {
+            tick: 0,
+            codes: AdcCodes::from_array([0; 5]),
+            reference: NO_REFERENCE,
+        }
+    }
+}
+
+/// A defect outside the control path, which holds no panic.
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    panicked()
+}
+
+/// The cause is kept over the reset; nothing waits for a debugger. A function of
+/// its own: `cargo xtask size` looks in the image for what reaches it.
+#[inline(never)]
+fn panicked() -> ! {
+    cortex_m::interrupt::disable();
+    board::keep(firmware::start::PANIC);
+    Chosen::give_up()
+}

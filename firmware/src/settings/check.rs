@@ -1,0 +1,292 @@
+//! The one judgement of settings: what passes here can be stepped for ever.
+//!
+//! The ranges are those of a servo-pneumatic axis with room on both sides; they
+//! are there to catch a slip of units and a damaged number, not to doubt a rig.
+
+use super::parameters::{Chamber, Settings, Thermal};
+use crate::codes::POSITION_M;
+use core::fmt;
+use model_core::left_out::DELAY_CAPACITY;
+use model_core::valve::{TABLE_CAPACITY, TableFault};
+
+/// A number of the settings with its name and the range that it must be in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field {
+    /// `section.name`.
+    pub name: &'static str,
+    /// The number.
+    pub value: f32,
+    /// The least that is admitted.
+    pub lowest: f32,
+    /// The most that is admitted.
+    pub highest: f32,
+}
+
+/// Why settings make no controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SettingsFault {
+    /// Infinite, or no number.
+    NotFinite(&'static str),
+    /// Nought or below, where only a positive number makes sense.
+    NonPositive(&'static str),
+    /// Beyond what any such rig has.
+    OutOfRange(Field),
+    /// A table that is none.
+    Table(&'static str, TableFault),
+    /// Two numbers that cannot both be right: the name of the one, and what is
+    /// wrong with it.
+    Contradiction(&'static str, &'static str),
+}
+
+impl SettingsFault {
+    /// The name of the field at fault.
+    pub fn field(&self) -> &'static str {
+        match self {
+            Self::NotFinite(name)
+            | Self::NonPositive(name)
+            | Self::Table(name, _)
+            | Self::Contradiction(name, _) => name,
+            Self::OutOfRange(field) => field.name,
+        }
+    }
+}
+
+impl fmt::Display for SettingsFault {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite(name) => write!(out, "{name}: is no finite number"),
+            Self::NonPositive(name) => write!(out, "{name}: expected a number above 0"),
+            Self::OutOfRange(field) => write!(
+                out,
+                "{}: {} is out of range, expected {} to {}",
+                field.name, field.value, field.lowest, field.highest
+            ),
+            Self::Table(name, fault) => write_table_fault(out, name, fault),
+            Self::Contradiction(name, problem) => write!(out, "{name}: {problem}"),
+        }
+    }
+}
+
+fn write_table_fault(out: &mut fmt::Formatter<'_>, name: &str, fault: &TableFault) -> fmt::Result {
+    match fault {
+        TableFault::Length(count) => write!(
+            out,
+            "{name}: has {count} points, expected 2 to {TABLE_CAPACITY}"
+        ),
+        TableFault::LengthsDiffer => write!(out, "{name}: expected as many areas as openings"),
+        TableFault::OpeningNotRising(point) => write!(
+            out,
+            "{name}: opening {point} (counted from 0) does not rise, or the first is not 0"
+        ),
+        TableFault::AreaNotRising(point) => write!(
+            out,
+            "{name}: area {point} (counted from 0) is below the one before"
+        ),
+    }
+}
+
+impl Field {
+    fn check(&self) -> Result<(), SettingsFault> {
+        if !self.value.is_finite() {
+            return Err(SettingsFault::NotFinite(self.name));
+        }
+        if self.value <= 0.0 && self.lowest > 0.0 {
+            return Err(SettingsFault::NonPositive(self.name));
+        }
+        if self.value < self.lowest || self.value > self.highest {
+            return Err(SettingsFault::OutOfRange(*self));
+        }
+        Ok(())
+    }
+}
+
+/// Positions beyond the converter's scale, which has its nought at mid-stroke,
+/// cannot be measured.
+const LONGEST_FROM_ZERO_M: f32 = POSITION_M.highest;
+
+/// The names of a chamber's fields, in the order of [`chamber_fields`].
+type ChamberNames = [&'static str; 8];
+const CHAMBER_A: ChamberNames = [
+    "chamber_a.area_m2",
+    "chamber_a.dead_volume_m3",
+    "chamber_a.length_at_zero_m",
+    "chamber_a.bore_m",
+    "chamber_a.temperature_memory",
+    "chamber_a.wall_conductance_w_per_k",
+    "chamber_a.leak_laminar_kg_per_s_pa2",
+    "chamber_a.leak_orifice_m2",
+];
+const CHAMBER_B: ChamberNames = [
+    "chamber_b.area_m2",
+    "chamber_b.dead_volume_m3",
+    "chamber_b.length_at_zero_m",
+    "chamber_b.bore_m",
+    "chamber_b.temperature_memory",
+    "chamber_b.wall_conductance_w_per_k",
+    "chamber_b.leak_laminar_kg_per_s_pa2",
+    "chamber_b.leak_orifice_m2",
+];
+
+#[rustfmt::skip]
+fn chamber_fields(chamber: &Chamber, names: &ChamberNames) -> [Field; 8] {
+    let [area, dead_volume, length, bore, memory, conductance, laminar, orifice] = *names;
+    [
+        field(area, chamber.area_m2, 1e-6, 1.0),
+        field(dead_volume, chamber.dead_volume_m3, 0.0, 0.5),
+        field(length, chamber.length_at_zero_m, 1e-3, LONGEST_FROM_ZERO_M),
+        field(bore, chamber.bore_m, 1e-3, 2.0),
+        field(memory, chamber.temperature_memory, 0.0, 1.0),
+        field(conductance, chamber.wall_conductance_w_per_k, 0.0, 1e4),
+        field(laminar, chamber.leak_laminar_kg_per_s_pa2, 0.0, 1e-9),
+        field(orifice, chamber.leak_orifice_m2, 0.0, 1e-3),
+    ]
+}
+
+const fn field(name: &'static str, value: f32, lowest: f32, highest: f32) -> Field {
+    Field {
+        name,
+        value,
+        lowest,
+        highest,
+    }
+}
+
+impl Settings {
+    /// Shows every number to a visitor, the points of the valve's table apart.
+    #[rustfmt::skip]
+    pub fn visit(&self, visitor: &mut impl FnMut(Field)) {
+        let Self {
+            gas, ambient, valve, command_path, chambers, chamber_a, chamber_b, tube, carriage,
+            friction, friction_terms,
+        } = self;
+        for one in [
+            field("gas.heat_capacity_ratio", gas.heat_capacity_ratio, 1.01, 2.0),
+            field("gas.gas_constant_j_per_kg_k", gas.gas_constant_j_per_kg_k, 50.0, 5e3),
+            field("ambient.pressure_pa", ambient.pressure_pa, 1e4, 1e6),
+            field("ambient.temperature_k", ambient.temperature_k, 200.0, 400.0),
+            field("valve.null_v", valve.null_v, 0.0, 10.0),
+            field("valve.critical_pressure_ratio", valve.critical_pressure_ratio, 0.01, 0.99),
+            field("valve.laminar_pressure_ratio", valve.laminar_pressure_ratio, 0.1, 0.9999),
+            field("valve.opening_stretch", valve.opening_stretch, 0.01, 100.0),
+            field("valve.supply_area_scale", valve.supply_area_scale, 0.01, 100.0),
+            field("valve.exhaust_area_scale", valve.exhaust_area_scale, 0.01, 100.0),
+            field("command_path.delay_s", command_path.delay_s, 0.0, 0.1),
+            field("command_path.hysteresis_width_v", command_path.hysteresis_width_v, 0.0, 5.0),
+            field("command_path.rising_v_per_s", command_path.rising_v_per_s, 0.0, 1e6),
+            field("command_path.falling_v_per_s", command_path.falling_v_per_s, 0.0, 1e6),
+            field("command_path.natural_frequency_hz", command_path.natural_frequency_hz, 0.0, 1e4),
+            field("command_path.damping_ratio", command_path.damping_ratio, 0.0, 20.0),
+            field(
+                "chambers.heat_transfer_charging_w_per_m2_k",
+                chambers.heat_transfer_charging_w_per_m2_k, 0.0, 1e5,
+            ),
+            field(
+                "chambers.heat_transfer_discharging_w_per_m2_k",
+                chambers.heat_transfer_discharging_w_per_m2_k, 0.0, 1e5,
+            ),
+        ] {
+            visitor(one);
+        }
+        visit_thermal(&chambers.thermal, visitor);
+        chamber_fields(chamber_a, &CHAMBER_A).into_iter().for_each(&mut *visitor);
+        chamber_fields(chamber_b, &CHAMBER_B).into_iter().for_each(&mut *visitor);
+        for one in [
+            field("tube.length_m", tube.length_m, 0.0, 50.0),
+            field("tube.diameter_m", tube.diameter_m, 1e-4, 0.1),
+            field("carriage.mass_kg", carriage.mass_kg, 0.01, 1e4),
+            field("carriage.external_force_n", carriage.external_force_n, -1e5, 1e5),
+            field("friction.bristle_stiffness_n_per_m", friction.bristle_stiffness_n_per_m, 1.0, 1e10),
+            field("friction.bristle_damping_n_s_per_m", friction.bristle_damping_n_s_per_m, 0.0, 1e7),
+            field("friction.stribeck_velocity_m_per_s", friction.stribeck_velocity_m_per_s, 1e-6, 10.0),
+            field("friction.coulomb_n", friction.coulomb_n, 0.0, 1e5),
+            field("friction.static_n", friction.static_n, 0.0, 1e5),
+            field("friction.viscous_n_s_per_m", friction.viscous_n_s_per_m, 0.0, 1e6),
+            field("friction_terms.coulomb_n", friction_terms.coulomb_n, -1e5, 1e5),
+            field("friction_terms.stribeck_n", friction_terms.stribeck_n, -1e5, 1e5),
+            field("friction_terms.viscous_n_s_per_m", friction_terms.viscous_n_s_per_m, -1e6, 1e6),
+            field(
+                "friction_terms.per_mean_pressure_n_per_pa",
+                friction_terms.per_mean_pressure_n_per_pa, -0.1, 0.1,
+            ),
+            field(
+                "friction_terms.per_pressure_difference_n_per_pa",
+                friction_terms.per_pressure_difference_n_per_pa, -0.1, 0.1,
+            ),
+            field("friction_terms.constant_force_n", friction_terms.constant_force_n, -1e5, 1e5),
+        ] {
+            visitor(one);
+        }
+    }
+
+    /// Judges all but the tables, for steps of `dt_s`.
+    pub(super) fn check(&self, dt_s: f32) -> Result<(), SettingsFault> {
+        field("tick.period_s", dt_s, 1e-5, 0.02).check()?;
+        let mut outcome = Ok(());
+        self.visit(&mut |one| {
+            if outcome.is_ok() {
+                outcome = one.check();
+            }
+        });
+        outcome?;
+        self.check_delay(dt_s)?;
+        self.check_together()
+    }
+
+    /// A longer delay would be cut short in silence: the line of past commands
+    /// holds so many steps and no more.
+    fn check_delay(&self, dt_s: f32) -> Result<(), SettingsFault> {
+        let longest_s = dt_s * (DELAY_CAPACITY - 2) as f32;
+        let delay_s = self.command_path.delay_s;
+        field("command_path.delay_s", delay_s, 0.0, longest_s).check()
+    }
+
+    fn check_together(&self) -> Result<(), SettingsFault> {
+        let fault = |name, problem| Err(SettingsFault::Contradiction(name, problem));
+        let (declared, terms) = (&self.friction, &self.friction_terms);
+        if self.valve.laminar_pressure_ratio <= self.valve.critical_pressure_ratio {
+            return fault(
+                "valve.laminar_pressure_ratio",
+                "expected to be above the critical pressure ratio",
+            );
+        }
+        if declared.coulomb_n + terms.coulomb_n < 0.0 {
+            return fault(
+                "friction_terms.coulomb_n",
+                "takes away more than the declared Coulomb friction",
+            );
+        }
+        if declared.static_n + terms.coulomb_n + terms.stribeck_n < 0.0 {
+            return fault(
+                "friction_terms.stribeck_n",
+                "takes away more than the declared static friction",
+            );
+        }
+        if declared.viscous_n_s_per_m + terms.viscous_n_s_per_m < 0.0 {
+            return fault(
+                "friction_terms.viscous_n_s_per_m",
+                "takes away more than the declared viscous friction",
+            );
+        }
+        Ok(())
+    }
+}
+
+fn visit_thermal(thermal: &Thermal, visitor: &mut impl FnMut(Field)) {
+    match *thermal {
+        Thermal::EnergyBalance => {}
+        Thermal::Polytropic {
+            expansion_index,
+            compression_index,
+            reference_pressure_pa,
+        } => {
+            visitor(field("chambers.expansion_index", expansion_index, 0.5, 2.0));
+            let name = "chambers.compression_index";
+            visitor(field(name, compression_index, 0.5, 2.0));
+            let name = "chambers.reference_pressure_pa";
+            visitor(field(name, reference_pressure_pa, 1e4, 1e8));
+        }
+        Thermal::PolytropicProcess { index } => {
+            visitor(field("chambers.polytropic_index", index, 0.5, 2.0));
+        }
+    }
+}

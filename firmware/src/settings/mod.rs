@@ -1,0 +1,30 @@
+//! The rig's parameters on the board: what they are, whether they are
+//! possible, how they are kept and how they get there.
+//!
+//! | room | responsibility |
+//! |---|---|
+//! | `parameters` | [`Settings`], plain numbers, each said once |
+//! | `check` | the judgement, by name and range: [`SettingsFault`] |
+//! | `build` | [`Settings::try_build`]: to the controller, off the control path |
+//! | [`record`] | bytes with version, length and CRC |
+//! | [`slots`] | two places, one always whole |
+//! | [`transfer`] | over the serial wire, in pieces, swapped in at rest |
+//!
+//! Values that no rig can have never reach the controller: every way in, from a
+//! slot or from the wire, goes through [`Settings::try_build`].
+
+mod build;
+mod check;
+mod parameters;
+pub mod record;
+pub mod slots;
+pub mod transfer;
+
+pub use check::{Field, SettingsFault};
+pub use parameters::{
+    Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gas,
+    Settings, Thermal, Tube, Valve,
+};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,540 @@
+//! Settings as a whole, with a flash that loses its power.
+
+use super::record::{LONGEST_RECORD, RecordFault, encode, encode_content};
+use super::slots::{
+    Origin, PROGRAM_UNIT_BYTES, Slot, SlotStorage, Slots, StorageFault, StoreFault,
+};
+use super::transfer::{self, Answer, LONGEST_CHUNK, Transfer, Verdict, read_answer};
+use super::{Settings, SettingsFault, Thermal};
+use crate::control_task::NotAtRest;
+use model_core::controller::Controller;
+use model_core::paper;
+use model_core::valve::{TABLE_CAPACITY, TableFault};
+use std::vec::Vec;
+
+const DT_S: f32 = 1e-3;
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ (mixed >> 31)
+    }
+    fn share(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1 << 24) as f32
+    }
+}
+
+/// Possible settings, every number another.
+pub(super) fn random_settings(seed: u32) -> Settings {
+    let mut random = Random(u64::from(seed));
+    let mut settings = Settings::built_in();
+    let mut vary = |value: &mut f32| *value *= 0.9 + 0.2 * random.share();
+    vary(&mut settings.carriage.mass_kg);
+    vary(&mut settings.chamber_a.dead_volume_m3);
+    vary(&mut settings.chamber_b.dead_volume_m3);
+    vary(&mut settings.friction.coulomb_n);
+    vary(&mut settings.friction.bristle_stiffness_n_per_m);
+    vary(&mut settings.valve.null_v);
+    for area in &mut settings.valve.supply_areas_m2 {
+        *area *= 1.0 + 0.1 * seed as f32;
+    }
+    settings.chamber_b.leak_laminar_kg_per_s_pa2 = 3e-16 * random.share();
+    settings.friction_terms.constant_force_n = random.share() - 0.5;
+    if seed % 3 == 1 {
+        settings.chambers.thermal = Thermal::Polytropic {
+            expansion_index: 1.0 + random.share() / 4.0,
+            compression_index: 1.18,
+            reference_pressure_pa: 7e5,
+        };
+    }
+    settings
+}
+
+/// Settings with as many points as there may be.
+pub(super) fn full_settings() -> Settings {
+    let mut settings = random_settings(1);
+    let column = |scale: f32| {
+        (0..TABLE_CAPACITY)
+            .map(|point| point as f32 * scale)
+            .collect()
+    };
+    settings.valve.openings_v = column(0.1);
+    settings.valve.supply_areas_m2 = column(1e-7);
+    settings.valve.exhaust_areas_m2 = column(1.1e-7);
+    settings
+}
+
+#[test]
+fn val_built_in_settings_are_the_paper_s_axis() {
+    let axis = Settings::built_in().axis(DT_S).expect("they are possible");
+    assert_eq!(axis, paper::axis::<f32>());
+}
+
+#[test]
+fn prop_every_number_is_judged_by_its_name() {
+    let mut count = 0;
+    Settings::built_in().visit(&mut |_| count += 1);
+    assert!(count > 45, "{count}");
+    let build = |change: &dyn Fn(&mut Settings)| {
+        let mut settings = Settings::built_in();
+        change(&mut settings);
+        settings.try_build(DT_S).err()
+    };
+    assert_eq!(
+        build(&|one| one.carriage.mass_kg = 0.0),
+        Some(SettingsFault::NonPositive("carriage.mass_kg"))
+    );
+    assert_eq!(
+        build(&|one| one.carriage.mass_kg = f32::NAN),
+        Some(SettingsFault::NotFinite("carriage.mass_kg"))
+    );
+    assert_eq!(
+        build(&|one| one.chamber_b.dead_volume_m3 = f32::INFINITY),
+        Some(SettingsFault::NotFinite("chamber_b.dead_volume_m3"))
+    );
+    let beyond = build(&|one| one.ambient.pressure_pa = 1.0);
+    assert_eq!(
+        beyond.map(|fault| fault.field()),
+        Some("ambient.pressure_pa")
+    );
+    assert_eq!(
+        build(&|one| one.valve.openings_v[1] = 0.0),
+        Some(SettingsFault::Table(
+            "valve.supply_areas_m2",
+            TableFault::OpeningNotRising(1)
+        ))
+    );
+    assert_eq!(
+        build(&|one| one.valve.exhaust_areas_m2[2] = 0.0),
+        Some(SettingsFault::Table(
+            "valve.exhaust_areas_m2",
+            TableFault::AreaNotRising(2)
+        ))
+    );
+    let field = |change: &dyn Fn(&mut Settings)| build(change).map(|fault| fault.field());
+    assert_eq!(
+        field(&|one| one.friction_terms.coulomb_n = -21.0),
+        Some("friction_terms.coulomb_n")
+    );
+    assert_eq!(
+        field(&|one| one.valve.laminar_pressure_ratio = 0.28),
+        Some("valve.laminar_pressure_ratio")
+    );
+    assert_eq!(
+        field(&|one| one.command_path.delay_s = 0.063),
+        Some("command_path.delay_s"),
+        "longer than the line of past commands"
+    );
+    assert_eq!(field(&|one| one.command_path.delay_s = 0.061), None);
+    for dt_s in [0.0, -1e-3, f32::NAN, 1.0] {
+        assert!(Settings::built_in().try_build(dt_s).is_err());
+    }
+}
+
+#[test]
+fn prop_what_passes_the_judgement_never_steps_to_infinity() {
+    use model_core::axis::{AxisInputs, AxisState};
+    for seed in 0..50 {
+        let axis = random_settings(seed).axis(DT_S).expect("it is possible");
+        let mut state = AxisState::at_rest(0.0, 5e5, 5e5, 293.15, 5.0);
+        for tick in 0..200 {
+            let command_v = if tick % 20 < 10 { 0.0 } else { 10.0 };
+            let supply_pressure_pa = 7e5;
+            axis.step(
+                &mut state,
+                &AxisInputs {
+                    command_v,
+                    supply_pressure_pa,
+                },
+            );
+        }
+        assert!(state.is_finite(), "{seed}");
+    }
+}
+
+const SLOT_BYTES: usize = LONGEST_RECORD + 64;
+
+const WORD_BYTES: usize = 4;
+
+/// Two sectors of flash. Erasing sets the bits of a sector, in no order;
+/// programming clears bits, word by word. When the power goes, the operation
+/// under way is torn: any of its bits may have changed.
+#[derive(Clone)]
+struct Flash {
+    slots: [[u8; SLOT_BYTES]; 2],
+    steps_until_power_is_lost: Option<usize>,
+    random: u64,
+    refuses: bool,
+}
+
+#[derive(PartialEq)]
+enum Power {
+    On,
+    Failing,
+    Off,
+}
+
+impl Flash {
+    fn blank() -> Self {
+        Self {
+            slots: [[0xFF; SLOT_BYTES]; 2],
+            steps_until_power_is_lost: None,
+            random: 0,
+            refuses: false,
+        }
+    }
+
+    fn power(&mut self) -> Power {
+        match &mut self.steps_until_power_is_lost {
+            None => Power::On,
+            Some(0) => Power::Off,
+            Some(left) => {
+                *left -= 1;
+                if *left == 0 {
+                    Power::Failing
+                } else {
+                    Power::On
+                }
+            }
+        }
+    }
+
+    /// Takes on the wanted bytes, or some of their bits when the power fails.
+    fn write(&mut self, slot: Slot, offset: usize, wanted: &[u8]) -> Result<(), StorageFault> {
+        let power = self.power();
+        let mut random = Random(self.random);
+        let bytes = &mut self.slots[slot as usize][offset..offset + wanted.len()];
+        for (byte, wanted) in bytes.iter_mut().zip(wanted) {
+            *byte ^= (*byte ^ wanted)
+                & match power {
+                    Power::On => 0xFF,
+                    Power::Failing => random.next() as u8,
+                    Power::Off => 0,
+                };
+        }
+        if power == Power::On {
+            Ok(())
+        } else {
+            Err(StorageFault)
+        }
+    }
+}
+
+impl SlotStorage for Flash {
+    fn bytes(&self, slot: Slot) -> &[u8] {
+        &self.slots[slot as usize]
+    }
+
+    fn erase(&mut self, slot: Slot) -> Result<(), StorageFault> {
+        self.write(slot, 0, &[0xFF; SLOT_BYTES])
+    }
+
+    fn program(&mut self, slot: Slot, offset: usize, bytes: &[u8]) -> Result<(), StorageFault> {
+        assert!(
+            offset.is_multiple_of(PROGRAM_UNIT_BYTES)
+                && bytes.len().is_multiple_of(PROGRAM_UNIT_BYTES)
+        );
+        if self.refuses {
+            return Err(StorageFault);
+        }
+        for (place, word) in bytes.chunks(WORD_BYTES).enumerate() {
+            let at = offset + place * WORD_BYTES;
+            let present = &self.slots[slot as usize][at..at + WORD_BYTES];
+            let cleared: Vec<u8> = present.iter().zip(word).map(|(a, b)| a & b).collect();
+            self.write(slot, at, &cleared)?;
+        }
+        Ok(())
+    }
+}
+
+fn start(flash: Flash) -> (Slots<Flash>, Controller<f32>, Origin) {
+    let (slots, start) = Slots::start(flash, DT_S).expect("a tick of 1 ms");
+    (slots, start.controller, start.origin)
+}
+
+/// A board that starts, stores and is switched off.
+fn stored(flash: Flash, settings: &Settings) -> (Flash, Result<(), StoreFault>) {
+    let (mut slots, _, _) = start(flash);
+    if slots.prepare().is_err() {
+        return (slots.into_storage(), Err(StoreFault::Storage));
+    }
+    let outcome = slots.store(settings);
+    (slots.into_storage(), outcome)
+}
+
+#[test]
+fn prop_the_newest_settings_are_taken() {
+    let (_, _, origin) = start(Flash::blank());
+    assert_eq!(origin, Origin::NeverSet);
+    let mut flash = Flash::blank();
+    for seed in 0..7 {
+        let settings = random_settings(seed);
+        let outcome;
+        (flash, outcome) = stored(flash, &settings);
+        assert_eq!(outcome, Ok(()));
+        let (_, controller, origin) = start(flash.clone());
+        let slot = if seed % 2 == 0 {
+            Slot::First
+        } else {
+            Slot::Second
+        };
+        assert_eq!(origin, Origin::Slot(slot));
+        assert_eq!(Ok(controller), settings.try_build(DT_S));
+    }
+}
+
+#[test]
+fn prop_the_newest_is_known_when_the_numbers_go_round() {
+    let (old, new) = (random_settings(1), random_settings(2));
+    let mut flash = Flash::blank();
+    let write = |slot: &mut [u8; SLOT_BYTES], sequence, settings| {
+        let record = encode(sequence, settings).expect("it fits");
+        slot[..record.len()].copy_from_slice(&record);
+    };
+    write(&mut flash.slots[0], u32::MAX, &old);
+    write(&mut flash.slots[1], 0, &new);
+    let (_, controller, origin) = start(flash);
+    assert_eq!(origin, Origin::Slot(Slot::Second));
+    assert_eq!(Ok(controller), new.try_build(DT_S));
+}
+
+#[test]
+fn prop_power_lost_at_any_step_leaves_settings() {
+    let (old, new) = (random_settings(1), random_settings(2));
+    let (flash, outcome) = stored(Flash::blank(), &random_settings(0));
+    assert_eq!(outcome, Ok(()));
+    let (flash, outcome) = stored(flash, &old);
+    assert_eq!(outcome, Ok(()));
+    let old_controller = old.try_build(DT_S).expect("it is possible");
+    let new_controller = new.try_build(DT_S).expect("it is possible");
+    let mut was_completed = false;
+    for steps in 1.. {
+        for random in 0..64 {
+            let mut failing = flash.clone();
+            failing.steps_until_power_is_lost = Some(steps);
+            failing.random = random;
+            let (mut after, outcome) = stored(failing, &new);
+            after.steps_until_power_is_lost = None;
+            let (_, controller, origin) = start(after.clone());
+            assert!(origin.is_of_this_rig(), "{steps} steps: {origin:?}");
+            let is_new = controller == new_controller;
+            assert!(is_new || controller == old_controller, "{steps} steps");
+            assert!(is_new || outcome.is_err(), "{steps} steps");
+            was_completed |= outcome.is_ok();
+            // And the board goes on from there.
+            let (after, outcome) = stored(after, &new);
+            assert_eq!(outcome, Ok(()), "{steps} steps");
+            assert!(start(after).1 == new_controller);
+        }
+        if was_completed {
+            assert!(steps > 50, "{steps}");
+            break;
+        }
+    }
+    assert!(was_completed);
+}
+
+#[test]
+fn prop_both_slots_bad_give_the_built_in_settings_and_say_so() {
+    let (flash, _) = stored(Flash::blank(), &random_settings(0));
+    let (mut flash, _) = stored(flash, &random_settings(1));
+    flash.slots[0][100] ^= 1;
+    let (_, _, origin) = start(flash.clone());
+    assert_eq!(origin, Origin::Slot(Slot::Second), "one is enough");
+    flash.slots[1][200] ^= 1;
+    let (_, controller, origin) = start(flash.clone());
+    assert_eq!(origin, Origin::Damaged(RecordFault::Crc));
+    assert!(!origin.is_of_this_rig());
+    assert_eq!(Ok(controller), Settings::built_in().try_build(DT_S));
+    let (flash, outcome) = stored(flash, &random_settings(5));
+    assert_eq!(outcome, Ok(()), "it can be mended");
+    assert!(start(flash).2.is_of_this_rig());
+}
+
+#[test]
+fn prop_impossible_settings_in_a_slot_are_not_used() {
+    let mut settings = random_settings(0);
+    settings.carriage.mass_kg = -1.0;
+    let (flash, outcome) = stored(Flash::blank(), &settings);
+    assert_eq!(outcome, Ok(()));
+    let (_, controller, origin) = start(flash);
+    let fault = SettingsFault::NonPositive("carriage.mass_kg");
+    assert_eq!(origin, Origin::Impossible(fault));
+    assert_eq!(Ok(controller), Settings::built_in().try_build(DT_S));
+}
+
+#[test]
+fn prop_a_second_storing_waits_for_a_start() {
+    let (mut slots, _, _) = start(stored(Flash::blank(), &random_settings(0)).0);
+    assert_eq!(slots.store(&random_settings(1)), Ok(()));
+    let outcome = slots.store(&random_settings(2));
+    assert_eq!(outcome, Err(StoreFault::NotErased));
+    let (_, controller, _) = start(slots.into_storage());
+    assert_eq!(Ok(controller), random_settings(1).try_build(DT_S));
+}
+
+/// A board at one end of a wire.
+struct Board {
+    transfer: Transfer,
+    slots: Slots<Flash>,
+    at_rest: bool,
+    in_use: Option<Controller<f32>>,
+}
+
+impl Board {
+    fn new() -> Self {
+        Self {
+            transfer: Transfer::new(DT_S),
+            slots: start(Flash::blank()).0,
+            at_rest: true,
+            in_use: None,
+        }
+    }
+
+    fn serve(&mut self, payload: &[u8]) -> (Verdict, std::string::String) {
+        let (at_rest, in_use) = (self.at_rest, &mut self.in_use);
+        let install = |controller| {
+            if at_rest {
+                *in_use = Some(controller);
+                Ok(())
+            } else {
+                Err(NotAtRest)
+            }
+        };
+        let answer = self.transfer.serve(payload, &mut self.slots, install);
+        let answer = answer.expect("it is about settings");
+        let Answer {
+            kind,
+            verdict,
+            field,
+            ..
+        } = read_answer(&answer).expect("it is an answer");
+        assert_eq!(kind, payload[0]);
+        (verdict, field.into())
+    }
+
+    fn send(&mut self, settings: &Settings) -> Vec<Verdict> {
+        let content = encode_content(settings).expect("it fits");
+        let mut verdicts = std::vec![self.serve(&transfer::begin(&content)).0];
+        let mut offset = 0;
+        while let Some(chunk) = transfer::chunk(&content, offset) {
+            verdicts.push(self.serve(&chunk).0);
+            offset += LONGEST_CHUNK;
+        }
+        verdicts
+    }
+}
+
+#[test]
+fn prop_what_is_sent_is_used_and_kept() {
+    let mut board = Board::new();
+    let settings = full_settings();
+    let verdicts = board.send(&settings);
+    assert!(verdicts.len() > 4 && verdicts.iter().all(|one| *one == Verdict::Taken));
+    assert_eq!(board.in_use, None, "not before the commit");
+    assert_eq!(board.serve(&transfer::commit()).0, Verdict::Taken);
+    let controller = settings.try_build(DT_S).expect("it is possible");
+    assert_eq!(board.in_use, Some(controller));
+    assert_eq!(board.serve(&transfer::commit()).0, Verdict::Taken, "again");
+    let (_, kept, _) = start(board.slots.into_storage());
+    assert_eq!(kept, controller);
+}
+
+#[test]
+fn prop_a_refused_transfer_leaves_all_as_it_was() {
+    let is_untouched = |board: Board| {
+        let (_, _, origin) = start(board.slots.into_storage());
+        board.in_use.is_none() && origin == Origin::NeverSet
+    };
+    let commit = transfer::commit();
+
+    let mut moving = Board::new();
+    moving.at_rest = false;
+    moving.send(&random_settings(0));
+    assert_eq!(moving.serve(&commit).0, Verdict::NotAtRest);
+    assert!(is_untouched(moving));
+
+    let mut settings = random_settings(0);
+    settings.carriage.mass_kg = 0.0;
+    let mut impossible = Board::new();
+    impossible.send(&settings);
+    let answer = impossible.serve(&commit);
+    assert_eq!(answer, (Verdict::Impossible, "carriage.mass_kg".into()));
+    assert!(is_untouched(impossible));
+
+    let content = encode_content(&random_settings(0)).expect("it fits");
+    let mut early = Board::new();
+    assert_eq!(early.serve(&commit).0, Verdict::NotBegun);
+    let first = transfer::chunk(&content, 0).expect("it is there");
+    assert_eq!(early.serve(&first).0, Verdict::NotBegun);
+    early.serve(&transfer::begin(&content));
+    early.serve(&first);
+    let later = transfer::chunk(&content, 2 * LONGEST_CHUNK).or(transfer::chunk(&content, 201));
+    let later = later.expect("it is there");
+    assert_eq!(early.serve(&later).0, Verdict::WrongOffset);
+    assert_eq!(early.serve(&first).0, Verdict::Taken, "sent again");
+    assert_eq!(early.serve(&commit).0, Verdict::Incomplete);
+    assert_eq!(early.serve(&[commit[0], 9]).0, Verdict::Malformed);
+    assert!(is_untouched(early));
+
+    let mut damaged = content.clone();
+    damaged[30] ^= 4;
+    let mut board = Board::new();
+    board.serve(&transfer::begin(&content));
+    board.serve(&transfer::chunk(&damaged, 0).expect("it is there"));
+    board.serve(&transfer::chunk(&damaged, LONGEST_CHUNK).expect("it is there"));
+    assert_eq!(board.serve(&commit).0, Verdict::WrongCrc);
+    assert!(is_untouched(board));
+}
+
+#[test]
+fn prop_announcements_of_another_version_or_too_long_are_refused() {
+    let mut board = Board::new();
+    let mut other = transfer::begin(&encode_content(&random_settings(0)).expect("it fits"));
+    let mut long = other.clone();
+    other[1] = 77;
+    long[4] = 0xFF;
+    assert_eq!(board.serve(&other).0, Verdict::WrongVersion);
+    assert_eq!(board.serve(&long).0, Verdict::TooLong);
+    assert_eq!(board.serve(&other[..5]).0, Verdict::Malformed);
+}
+
+#[test]
+fn prop_in_use_but_not_stored_is_said() {
+    let mut board = Board::new();
+    board.send(&random_settings(0));
+    assert_eq!(board.serve(&transfer::commit()).0, Verdict::Taken);
+    board.send(&random_settings(1));
+    let spare_was_blank = board.serve(&transfer::commit()).0;
+    assert_eq!(spare_was_blank, Verdict::Taken);
+    board.send(&random_settings(2));
+    assert_eq!(board.serve(&transfer::commit()).0, Verdict::InUseNotErased);
+    assert_eq!(board.in_use, random_settings(2).try_build(DT_S).ok());
+
+    let mut refusing = Board::new();
+    let mut flash = Flash::blank();
+    flash.refuses = true;
+    refusing.slots = start(flash).0;
+    refusing.send(&random_settings(0));
+    assert_eq!(
+        refusing.serve(&transfer::commit()).0,
+        Verdict::InUseNotStored
+    );
+}
+
+#[test]
+fn prop_other_frames_are_left_to_others() {
+    let mut board = Board::new();
+    for kind in [0x02, 0x10, 0x23, 0x30] {
+        let answer = board
+            .transfer
+            .serve(&[kind, 0, 0], &mut board.slots, |_| Ok(()));
+        assert_eq!(answer, None);
+    }
+}

@@ -1,0 +1,366 @@
+//! The supervisor: is what the control task is told believable, and in which
+//! state is it.
+//!
+//! | room | check |
+//! |---|---|
+//! | [`range`] | failed conversions, readings out of range, the supply |
+//! | [`jump`] | readings that change faster than physics |
+//! | [`travel`] | position against velocity: frozen or contradicting |
+//! | [`force`] | pressures against motion |
+//! | [`pressure`] | a chamber pressure that stands still and should not |
+//! | [`stream`] | missed samples, stale or impossible references |
+//! | [`sensors`] | what is assumed of the sensors |
+//!
+//! ```text
+//! Init --10 ms--> Idle <--a reference of NaN / one that is a number--> Track
+//!   \               \                                                   /
+//!    +---------------+------------- any finding ----> Fault <----------+
+//!                     Fault --acknowledged--> Idle, for 10 ms at least
+//! ```
+//!
+//! Limits follow from the rig, the sensors and the tick: each check's file says
+//! how. Choices of engineering are four: 15 % of the axis' largest force as the
+//! reserve for what the model of the force leaves out ([`force`]), 0.5 mm that a
+//! position may miss ([`travel`], [`sensors`]), 2 % of the flow near the valve's
+//! null that counts as none ([`pressure`]), 5 ms of skew between position and
+//! velocity ([`sensors`]). A check is `Params` + `State` + a total step.
+
+mod force;
+mod jump;
+mod pressure;
+mod range;
+mod sensors;
+mod step;
+mod stream;
+mod travel;
+
+use crate::codes::AdcCodes;
+use crate::control_task::{Sample, State};
+use crate::fault::{Channel, Finding};
+use crate::status::Counters;
+use force::ForceState;
+use jump::{Jump, JumpState};
+use model_core::axis::Axis;
+use model_core::controller::Measurements;
+use pressure::{PressureState, Side};
+use range::Range;
+use step::Step;
+use stream::{Stream, StreamState};
+use travel::TravelState;
+
+/// Time for the observer to settle before anything is asked of the axis, s: two
+/// time constants of its slowest loop on measured states, 200 1/s, on what is
+/// left of a start at the measured values.
+const SETTLE_S: f32 = 10e-3;
+/// Time constant of the spool, s: 2 zeta / w of 100 Hz and 0.7, the data sheet's.
+const SPOOL_S: f32 = 2.2e-3;
+
+/// What the checks go by; made from the rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Limits {
+    range: Range,
+    jump: Jump,
+    stream: Stream,
+    settle_ticks: u16,
+    spool_share: f32,
+}
+
+impl Limits {
+    fn new(axis: &Axis<f32>) -> Self {
+        let (range, jump) = (Range::new(axis), Jump::new(axis));
+        Self {
+            stream: Stream::new(axis, range.stroke_m, jump.most_volume_flow_m3_per_s),
+            range,
+            jump,
+            settle_ticks: settle_ticks(axis.dt_s),
+            spool_share: axis.dt_s / (axis.dt_s + SPOOL_S),
+        }
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a cast from f32 saturates"
+)]
+fn settle_ticks(dt_s: f32) -> u16 {
+    (SETTLE_S / dt_s + 0.5) as u16
+}
+
+/// What the checks remember.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Memory {
+    last: Option<(AdcCodes, Measurements<f32>)>,
+    jump: JumpState,
+    travel: TravelState,
+    force: ForceState,
+    pressures: [PressureState; 2],
+}
+
+/// The path of the command to the valve: applied a tick after its sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct CommandPath {
+    last_v: f32,
+    spool_v: f32,
+}
+
+/// Checks and state.
+#[derive(Clone, Debug)]
+pub struct Supervisor {
+    limits: Limits,
+    memory: Memory,
+    stream: StreamState,
+    path: CommandPath,
+    state: State,
+    settled_ticks: u16,
+    latched: Option<Finding>,
+    fault_tick: u32,
+    pending: Option<Finding>,
+    counters: Counters,
+}
+
+impl Supervisor {
+    /// A supervisor for an axis, before its first tick.
+    pub fn new(axis: &Axis<f32>) -> Self {
+        let null_v = axis.valve.null_v;
+        Self {
+            limits: Limits::new(axis),
+            memory: Memory::default(),
+            stream: StreamState::default(),
+            path: CommandPath {
+                last_v: null_v,
+                spool_v: null_v,
+            },
+            state: State::Init,
+            settled_ticks: 0,
+            latched: None,
+            fault_tick: 0,
+            pending: None,
+            counters: Counters::default(),
+        }
+    }
+
+    /// The state.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// The finding that holds the valve at its null.
+    pub fn latched(&self) -> Option<Finding> {
+        self.latched
+    }
+
+    /// The tick whose sample showed it.
+    pub fn fault_tick(&self) -> u32 {
+        self.fault_tick
+    }
+
+    /// What has been counted.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// What the board counts.
+    pub fn counters_mut(&mut self) -> &mut Counters {
+        &mut self.counters
+    }
+
+    /// Limits for another axis; what was remembered begins anew.
+    pub fn replace_axis(&mut self, axis: &Axis<f32>) {
+        self.limits = Limits::new(axis);
+        self.begin_anew();
+    }
+
+    /// The board saw something; the next tick reacts. The first one counts.
+    pub fn note(&mut self, finding: Finding) {
+        self.pending.get_or_insert(finding);
+    }
+
+    /// Back to idle, unless the cause stays until the board starts anew or
+    /// there is nothing to acknowledge.
+    pub fn acknowledge(&mut self) -> bool {
+        let Some(finding) = self.latched else {
+            return false;
+        };
+        if finding.fault.is_standing() {
+            return false;
+        }
+        self.latched = None;
+        // What the board noted meanwhile; what is still so, the next tick sees.
+        self.pending = None;
+        self.state = State::Idle;
+        self.begin_anew();
+        true
+    }
+
+    fn begin_anew(&mut self) {
+        self.memory = Memory::default();
+        self.stream = StreamState::default();
+        self.settled_ticks = 0;
+    }
+
+    /// Judges a sample; the state in which its command is made.
+    #[inline]
+    pub fn step(
+        &mut self,
+        axis: &Axis<f32>,
+        sample: &Sample,
+        measured: &Measurements<f32>,
+    ) -> State {
+        if self.state == State::Fault {
+            return State::Fault;
+        }
+        match self
+            .pending
+            .take()
+            .or_else(|| self.judge(axis, sample, measured))
+        {
+            Some(finding) => self.trip(finding, sample.tick),
+            None => self.go_on(sample),
+        }
+        self.state
+    }
+
+    /// Latches a finding of this tick.
+    pub fn trip(&mut self, finding: Finding, tick: u32) {
+        self.state = State::Fault;
+        self.latched = Some(finding);
+        self.fault_tick = tick;
+        self.pending = None;
+        self.counters.faults = self.counters.faults.saturating_add(1);
+    }
+
+    fn go_on(&mut self, sample: &Sample) {
+        let is_settled = self.settled_ticks >= self.limits.settle_ticks;
+        self.settled_ticks = self.settled_ticks.saturating_add(1);
+        if !is_settled {
+            return;
+        }
+        self.state = if stream::is_nothing(&sample.reference) {
+            State::Idle
+        } else {
+            State::Track
+        };
+    }
+
+    /// Remembers the command of this tick, V.
+    #[inline]
+    pub fn remember_command(&mut self, command_v: f32) {
+        let path = &mut self.path;
+        path.spool_v += self.limits.spool_share * (path.last_v - path.spool_v);
+        path.last_v = command_v;
+    }
+
+    #[inline]
+    fn judge(
+        &mut self,
+        axis: &Axis<f32>,
+        sample: &Sample,
+        measured: &Measurements<f32>,
+    ) -> Option<Finding> {
+        let limits = &self.limits;
+        let stream = &mut self.stream;
+        let elapsed = match limits
+            .stream
+            .elapsed(stream, sample.tick, &mut self.counters)
+        {
+            Ok(elapsed) => elapsed,
+            Err(finding) => return Some(finding),
+        };
+        let elapsed_s = axis.dt_s * f32::from(u16::try_from(elapsed).unwrap_or(u16::MAX));
+        limits
+            .range
+            .check(&sample.codes, measured)
+            .or_else(|| {
+                limits
+                    .stream
+                    .check_reference(stream, &sample.reference, elapsed_s)
+            })
+            .or_else(|| {
+                // A sample of the same tick again adds nothing.
+                if elapsed == 0 {
+                    return None;
+                }
+                let (codes_before, before) = self.memory.last.replace((sample.codes, *measured))?;
+                let step = Step {
+                    now: measured,
+                    before: &before,
+                    codes_now: &sample.codes,
+                    codes_before: &codes_before,
+                    elapsed_s,
+                    is_next: elapsed == 1,
+                    tick: sample.tick,
+                    spool_v: self.path.spool_v,
+                };
+                let tracks = self.state == State::Track;
+                self.memory.check(axis, &self.limits, &step, tracks)
+            })
+    }
+}
+
+impl Memory {
+    #[inline]
+    fn check(
+        &mut self,
+        axis: &Axis<f32>,
+        limits: &Limits,
+        step: &Step<'_>,
+        tracks: bool,
+    ) -> Option<Finding> {
+        let unexplained = if tracks {
+            self.force.check(axis, step)
+        } else {
+            self.force = ForceState::default();
+            None
+        };
+        limits
+            .jump
+            .check(&mut self.jump, axis, step)
+            .or_else(|| self.travel.check(step))
+            .or_else(|| self.frozen_pressure(axis, limits, step))
+            .or(unexplained)
+    }
+
+    /// One chamber a tick in turn, each for two ticks: a tick's cost stays low.
+    fn frozen_pressure(
+        &mut self,
+        axis: &Axis<f32>,
+        limits: &Limits,
+        step: &Step<'_>,
+    ) -> Option<Finding> {
+        let (before, now) = (step.codes_before, step.codes_now);
+        let [a, b] = &mut self.pressures;
+        a.count((before.pressure_a, now.pressure_a));
+        b.count((before.pressure_b, now.pressure_b));
+        let is_turn_of_a = step.tick.is_multiple_of(2);
+        let state = if is_turn_of_a { a } else { b };
+        if !state.stands() {
+            return None;
+        }
+        let valve = &axis.valve;
+        let above_null_v = step.spool_v - valve.null_v;
+        // Positive where the valve feeds this chamber.
+        let feeding_v = if valve.feeds_a_above_null == is_turn_of_a {
+            above_null_v
+        } else {
+            -above_null_v
+        };
+        let (channel, chamber, pressure_pa) = if is_turn_of_a {
+            let chamber = &axis.pneumatics.chamber_a;
+            (Channel::PressureA, chamber, step.now.pressure_a_pa)
+        } else {
+            let chamber = &axis.pneumatics.chamber_b;
+            (Channel::PressureB, chamber, step.now.pressure_b_pa)
+        };
+        let side = Side {
+            channel,
+            chamber: &chamber.geometry,
+            supply_area_m2: valve.supply.area_m2(feeding_v.max(0.0)),
+            exhaust_area_m2: valve.exhaust.area_m2((-feeding_v).max(0.0)),
+            pressure_pa,
+        };
+        let open_flow_m3_per_s = limits.jump.most_volume_flow_m3_per_s;
+        let time_s = 2.0 * step.elapsed_s;
+        state.check(axis, &side, step, (open_flow_m3_per_s, time_s))
+    }
+}

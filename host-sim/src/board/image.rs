@@ -1,0 +1,197 @@
+//! Settings into the image of a firmware.
+//!
+//! An image says by three symbols where its two slots are: `_settings_slot_0`,
+//! `_settings_slot_1` and `_settings_slot_bytes`. They are not part of it, so
+//! that flashing new firmware leaves the settings as they are; here they become
+//! part of it, as a loaded section: the record in the first slot, the second
+//! blank, for a record left there from before might be newer.
+
+use object::build::elf::{Builder, SectionData};
+use object::elf;
+
+/// The section that holds both slots.
+const SECTION: &str = ".settings";
+/// What flash reads as after it is erased.
+const ERASED: u8 = 0xFF;
+const ALIGNMENT: u64 = 8;
+
+/// Why an image cannot take settings; one line without the image's name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ImageError {
+    /// It is none.
+    #[error("is no ELF image of a firmware: {0}")]
+    NotAnImage(String),
+    /// It does not say where its slots are.
+    #[error("does not say where its settings go: it has no symbol {0}")]
+    NoSlots(&'static str),
+    /// The slots cannot be one section.
+    #[error("has its settings' slots apart, expected one behind the other")]
+    SlotsApart,
+    /// The record is longer than a slot.
+    #[error("has slots of {0} bytes, too few for the settings")]
+    SlotTooSmall(u64),
+}
+
+/// The image with the record in its first slot.
+pub fn write_into(image: &[u8], record: &[u8]) -> Result<Vec<u8>, ImageError> {
+    let not_an_image = |error: object::build::Error| ImageError::NotAnImage(error.to_string());
+    let mut builder = Builder::read32(image).map_err(not_an_image)?;
+    let first = symbol(&builder, "_settings_slot_0")?;
+    let second = symbol(&builder, "_settings_slot_1")?;
+    let slot_bytes = symbol(&builder, "_settings_slot_bytes")?;
+    if second != first + slot_bytes {
+        return Err(ImageError::SlotsApart);
+    }
+    let length = usize::try_from(slot_bytes).unwrap_or(usize::MAX);
+    if record.len() > length {
+        return Err(ImageError::SlotTooSmall(slot_bytes));
+    }
+    let mut slots = vec![ERASED; 2 * length];
+    slots[..record.len()].copy_from_slice(record);
+    put_section(&mut builder, first, slots);
+    let mut written = Vec::new();
+    builder.write(&mut written).map_err(not_an_image)?;
+    Ok(written)
+}
+
+fn symbol(builder: &Builder<'_>, name: &'static str) -> Result<u64, ImageError> {
+    let mut symbols = builder.symbols.iter();
+    let found = symbols.find(|symbol| symbol.name.as_slice() == name.as_bytes());
+    found
+        .map(|symbol| symbol.st_value)
+        .ok_or(ImageError::NoSlots(name))
+}
+
+fn put_section(builder: &mut Builder<'_>, address: u64, content: Vec<u8>) {
+    let mut sections = builder.sections.iter_mut();
+    let present = sections.find(|section| section.name.as_slice() == SECTION.as_bytes());
+    if let Some(section) = present {
+        section.data = SectionData::Data(content.into());
+        return;
+    }
+    // A processor without an operating system has no use for this entry, and
+    // the table of segments, behind which the image begins, cannot grow.
+    for segment in &mut builder.segments {
+        segment.delete |= segment.p_type == elf::PT_GNU_STACK;
+    }
+    let loaded = builder.segments.iter().filter(|segment| segment.is_load());
+    let end = loaded.map(|segment| segment.p_offset + segment.p_filesz);
+    let offset = end.max().unwrap_or(0).next_multiple_of(ALIGNMENT);
+    let section = builder.sections.add();
+    section.name = SECTION.into();
+    section.sh_type = elf::SHT_PROGBITS;
+    section.sh_flags = elf::SHF_ALLOC;
+    section.sh_addralign = ALIGNMENT;
+    section.sh_size = content.len() as u64;
+    section.data = SectionData::Data(content.into());
+    let segment = builder.segments.add();
+    segment.p_type = elf::PT_LOAD;
+    segment.p_flags = elf::PF_R;
+    segment.p_align = ALIGNMENT;
+    segment.p_offset = offset;
+    segment.p_vaddr = address;
+    segment.p_paddr = address;
+    segment.append_section(section);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use firmware::settings::Settings;
+    use firmware::settings::record::{decode, encode};
+    use object::{Endianness, Object, ObjectSection};
+
+    const CODE_AT: u64 = 0x100;
+    const SLOTS_AT: u64 = 0x4000;
+
+    /// An image as a linker leaves it: code, two absolute symbols, the entry for
+    /// a stack that the linker always adds.
+    fn image(slot_symbols: &[(&'static str, u64)]) -> Vec<u8> {
+        let mut builder = Builder::new(Endianness::Little, false);
+        builder.header.e_type = elf::ET_EXEC;
+        builder.header.e_machine = elf::EM_ARM;
+        builder.header.e_phoff = 52;
+        let code = builder.sections.add();
+        code.name = ".text".into();
+        code.sh_type = elf::SHT_PROGBITS;
+        code.sh_flags = elf::SHF_ALLOC;
+        code.sh_addralign = 4;
+        code.sh_size = 8;
+        code.data = SectionData::Data(vec![1, 2, 3, 4, 5, 6, 7, 8].into());
+        let segment = builder.segments.add();
+        segment.p_type = elf::PT_LOAD;
+        segment.p_align = 4;
+        segment.p_offset = CODE_AT;
+        segment.p_vaddr = CODE_AT;
+        segment.p_paddr = CODE_AT;
+        segment.append_section(code);
+        builder.segments.add().p_type = elf::PT_GNU_STACK;
+        for (name, value) in slot_symbols {
+            let symbol = builder.symbols.add();
+            symbol.name = (*name).into();
+            symbol.st_shndx = elf::SHN_ABS;
+            symbol.st_value = *value;
+        }
+        for (name, data, sh_type) in [
+            (".symtab", SectionData::Symbol, elf::SHT_SYMTAB),
+            (".strtab", SectionData::String, elf::SHT_STRTAB),
+            (".shstrtab", SectionData::SectionString, elf::SHT_STRTAB),
+        ] {
+            let section = builder.sections.add();
+            section.name = name.into();
+            section.sh_type = sh_type;
+            section.data = data;
+        }
+        let mut written = Vec::new();
+        builder.write(&mut written).expect("it is an image");
+        written
+    }
+
+    fn slots(second: u64, bytes: u64) -> [(&'static str, u64); 3] {
+        [
+            ("_settings_slot_0", SLOTS_AT),
+            ("_settings_slot_1", second),
+            ("_settings_slot_bytes", bytes),
+        ]
+    }
+
+    fn section(image: &[u8], name: &str) -> (u64, Vec<u8>) {
+        let file = object::File::parse(image).expect("it is an image");
+        let section = file.section_by_name(name).expect("it is there");
+        let data = section.data().expect("it has content");
+        (section.address(), data.to_vec())
+    }
+
+    #[test]
+    fn prop_an_image_takes_settings_again_and_again() {
+        let plain = image(&slots(SLOTS_AT + 2048, 2048));
+        let mut settings = Settings::built_in();
+        let mut image = plain;
+        for mass_kg in [2.0, 3.0] {
+            settings.carriage.mass_kg = mass_kg;
+            let record = encode(1, &settings).expect("it fits");
+            image = write_into(&image, &record).expect("it has slots");
+            let (address, content) = section(&image, SECTION);
+            assert_eq!((address, content.len()), (SLOTS_AT, 4096));
+            let stored = decode(&content).expect("it is a record");
+            assert_eq!(stored.settings, settings);
+            assert!(content[2048..].iter().all(|byte| *byte == ERASED));
+            let code = (CODE_AT, vec![1, 2, 3, 4, 5, 6, 7, 8]);
+            assert_eq!(section(&image, ".text"), code);
+        }
+    }
+
+    #[test]
+    fn prop_images_without_slots_are_refused() {
+        let refused = |image: &[u8]| write_into(image, &[0; 1000]).expect_err("it has no slots");
+        assert_eq!(
+            refused(&image(&[])),
+            ImageError::NoSlots("_settings_slot_0")
+        );
+        let apart = image(&slots(SLOTS_AT + 9000, 2048));
+        assert_eq!(refused(&apart), ImageError::SlotsApart);
+        let small = image(&slots(SLOTS_AT + 512, 512));
+        assert_eq!(refused(&small), ImageError::SlotTooSmall(512));
+        assert!(matches!(refused(b"PNMA"), ImageError::NotAnImage(_)));
+    }
+}

@@ -1,0 +1,224 @@
+//! `pneuma record`: a board's telemetry to a recording.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use firmware::telemetry::{Streaming, read_streaming, read_tick, stream};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::CommandError;
+use super::inputs::{bad_input, check_outputs, read_rig, spinner};
+use crate::board::recorder::{Losses, Recorder, RecorderError, RecorderStartError, check_signals};
+use crate::board::wire::{BAUD, Wire, WireError};
+use crate::text::file_name;
+
+const ANSWER_WAIT: Duration = Duration::from_millis(500);
+const ATTEMPTS: usize = 5;
+/// How long a board may be silent.
+const SILENCE: Duration = Duration::from_secs(3);
+/// How often the wish to stop is looked at.
+const GLANCE: Duration = Duration::from_millis(100);
+const PROGRESS_ROWS: u64 = 100;
+
+/// Record a board's telemetry, in the columns of the rig's signals.
+///
+/// Ends after --seconds, with Ctrl-C, or when the board hangs up. Rows that are
+/// missing are counted by where they were lost; the recording has a gap and a
+/// comment in their place.
+#[derive(Args, Clone, Debug)]
+pub struct RecordArguments {
+    /// The board's serial port, or HOST:PORT.
+    #[arg(long)]
+    pub serial: String,
+    /// The rig file, whose `[signals]` say columns and units.
+    #[arg(long)]
+    pub rig: PathBuf,
+    /// The recording to write.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Length of the recording, s.
+    #[arg(long)]
+    pub seconds: Option<f64>,
+    /// Record every N-th tick.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub decimate: u16,
+    /// Exit with status 2 if anything was lost.
+    #[arg(long)]
+    pub strict: bool,
+    /// Rate of the serial port.
+    #[arg(long, default_value_t = BAUD)]
+    pub baud: u32,
+}
+
+/// How a recording ended.
+enum Ending {
+    /// As wished.
+    Done,
+    /// Before its time.
+    Early(String),
+}
+
+/// Runs the command, writing to `out`.
+pub fn run(arguments: &RecordArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    check_outputs(&[&arguments.rig], &[&arguments.out])?;
+    if arguments
+        .seconds
+        .is_some_and(|seconds| !(seconds.is_finite() && seconds > 0.0))
+    {
+        return Err(bad_input("--seconds: expected a number above 0"));
+    }
+    let rig = read_rig(&arguments.rig)?;
+    let rig_name = arguments.rig.display().to_string();
+    check_signals(&rig, &rig_name).map_err(bad_input)?;
+    let mut wire = Wire::open(&arguments.serial, arguments.baud).map_err(bad_input)?;
+    let streaming = begin(&mut wire, arguments).map_err(bad_input)?;
+    let damaged_before = wire.damaged();
+    let file = File::create(&arguments.out).map_err(|error| cannot_write(arguments, &error))?;
+    let start = Recorder::new(BufWriter::new(file), &rig, &rig_name, streaming);
+    let mut recorder = start.map_err(|error| match error {
+        RecorderStartError::Rig(error) => bad_input(error),
+        RecorderStartError::Output(error) => cannot_write(arguments, &error),
+    })?;
+    let ending = record(&mut wire, &mut recorder, arguments)?;
+    // The board may have gone: then there is nothing to stop.
+    let _ = wire.send(&stream(0));
+    let seconds = recorder.duration_s();
+    let (rows, mut losses) = recorder
+        .finish()
+        .map_err(|error| cannot_write(arguments, &error))?;
+    losses.damaged_frames = u64::from(wire.damaged() - damaged_before);
+    report(arguments, rows, seconds, &losses, &ending, out)?;
+    judge(arguments, &losses, &ending)
+}
+
+fn cannot_write(arguments: &RecordArguments, error: &std::io::Error) -> CommandError {
+    let path = file_name(&arguments.out.display().to_string());
+    bad_input(format!("{path}: cannot be written: {error}"))
+}
+
+/// Has the board stream; asks again if it does not answer.
+fn begin(wire: &mut Wire, arguments: &RecordArguments) -> Result<Streaming, String> {
+    for _ in 0..ATTEMPTS {
+        let asked = wire.send(&stream(arguments.decimate));
+        asked.map_err(|error| error.to_string())?;
+        let until = Instant::now() + ANSWER_WAIT;
+        while let Some(payload) = wire.receive(until).map_err(|error| error.to_string())? {
+            let answer = read_streaming(&payload);
+            if let Some(answer) = answer.filter(|one| one.decimation == arguments.decimate) {
+                return Ok(answer);
+            }
+        }
+    }
+    Err(format!(
+        "{}: the board does not answer ({ATTEMPTS} attempts): is it powered, is this its port, is its firmware running?",
+        file_name(&arguments.serial)
+    ))
+}
+
+fn record<W: Write>(
+    wire: &mut Wire,
+    recorder: &mut Recorder<W>,
+    arguments: &RecordArguments,
+) -> Result<Ending, CommandError> {
+    let stopped = stop_wish()?;
+    let bar = progress(arguments.seconds);
+    let mut last_heard = Instant::now();
+    let ending = loop {
+        if stopped.load(Ordering::Relaxed) {
+            break Ending::Done;
+        }
+        if last_heard.elapsed() > SILENCE {
+            break Ending::Early(format!("the board fell silent for {} s", SILENCE.as_secs()));
+        }
+        let payload = match wire.receive(Instant::now() + GLANCE) {
+            Ok(payload) => payload,
+            Err(WireError::Closed(_)) if arguments.seconds.is_none() => break Ending::Done,
+            Err(error) => break Ending::Early(error.to_string()),
+        };
+        let Some(tick) = payload.as_deref().and_then(read_tick) else {
+            continue;
+        };
+        last_heard = Instant::now();
+        match recorder.take(&tick) {
+            Ok(()) => {}
+            Err(RecorderError::Output(error)) => return Err(cannot_write(arguments, &error)),
+            Err(error @ RecorderError::Restarted(_)) => break Ending::Early(error.to_string()),
+        }
+        if recorder.rows().is_multiple_of(PROGRESS_ROWS) {
+            show_progress(&bar, recorder);
+        }
+        let seconds = arguments.seconds;
+        if seconds.is_some_and(|seconds| recorder.duration_s() >= seconds) {
+            break Ending::Done;
+        }
+    };
+    bar.finish_and_clear();
+    Ok(ending)
+}
+
+/// Set by Ctrl-C.
+fn stop_wish() -> Result<Arc<AtomicBool>, CommandError> {
+    let stopped = Arc::new(AtomicBool::new(false));
+    let wish = Arc::clone(&stopped);
+    match ctrlc::set_handler(move || wish.store(true, Ordering::Relaxed)) {
+        Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(stopped),
+        Err(error) => Err(bad_input(format!("Ctrl-C cannot be watched: {error}"))),
+    }
+}
+
+fn progress(seconds: Option<f64>) -> ProgressBar {
+    let Some(seconds) = seconds else {
+        return spinner();
+    };
+    let bar = ProgressBar::new((seconds * 1e3) as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent} % {msg} ({eta})") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn show_progress<W: Write>(bar: &ProgressBar, recorder: &Recorder<W>) {
+    let missing = recorder.losses().rows();
+    bar.set_position((recorder.duration_s() * 1e3) as u64);
+    bar.set_message(format!("{} rows, {missing} missing", recorder.rows()));
+}
+
+fn report(
+    arguments: &RecordArguments,
+    rows: u64,
+    seconds: f64,
+    losses: &Losses,
+    ending: &Ending,
+    out: &mut dyn Write,
+) -> Result<(), CommandError> {
+    let name = file_name(&arguments.out.display().to_string());
+    writeln!(out, "{name}: {rows} rows, 0 to {seconds:.3} s")?;
+    if losses.is_any() {
+        writeln!(out, "  LOST: {losses}")?;
+    } else {
+        writeln!(out, "  nothing was lost")?;
+    }
+    if let Ending::Early(reason) = ending {
+        writeln!(out, "  ENDED EARLY: {}", file_name(reason))?;
+    }
+    Ok(out.flush()?)
+}
+
+fn judge(
+    arguments: &RecordArguments,
+    losses: &Losses,
+    ending: &Ending,
+) -> Result<(), CommandError> {
+    let name = file_name(&arguments.out.display().to_string());
+    match ending {
+        _ if !arguments.strict => Ok(()),
+        Ending::Early(reason) => Err(bad_input(format!("{name}: ended early: {reason}"))),
+        Ending::Done if losses.is_any() => Err(bad_input(format!("{name}: {losses}"))),
+        Ending::Done => Ok(()),
+    }
+}

@@ -1,0 +1,37 @@
+//! Plant and controller taking turns.
+//!
+//! | file | what |
+//! |---|---|
+//! | `drive` | who answers a sample; the control task of the firmware, compiled for the host |
+//! | `wire` | the link over a byte stream, both ends |
+//! | `pid` | the comparison: a PID controller, as usual |
+//! | `tune` | the search for its gains |
+//! | `run` | a motion run through: its rows |
+//! | `judge` | what a run came to, part by part |
+//! | `record` | a run as a recording that the rig's signals read |
+//! | `transcript` | what went over a link, and its replay |
+//! | `knowledge` | what an engineer knows of a rig: its parameters, wrong within their uncertainty |
+//! | `score` | the cases with their marks, over many seeds |
+//! | `table` | scores as tables |
+
+mod drive;
+mod judge;
+mod knowledge;
+mod pid;
+mod record;
+mod run;
+mod score;
+pub mod table;
+pub mod transcript;
+mod tune;
+mod wire;
+
+pub use drive::{Drive, DriveError, HostController, control_task, controller};
+pub use judge::{AFTER_MOVE_S, Judged, judge};
+pub use knowledge::wrongly_known;
+pub use pid::{PidController, PidGains};
+pub use record::recorded;
+pub use run::{Course, Row, Run, run};
+pub use score::{Case, Factory, Measure, MeasuredCase, Score, ScoreError, run_case, score};
+pub use tune::{retune_pid, tune_pid};
+pub use wire::{RemoteController, Served, Wire, serve};

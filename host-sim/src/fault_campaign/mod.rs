@@ -1,0 +1,19 @@
+//! The fault campaign: everything of the fault list happens to a running axis,
+//! at several moments, and hard motion without a fault must not trip.
+//!
+//! | file | what |
+//! |---|---|
+//! | `case` | what is done to samples, supply or board |
+//! | `run` | one fault at one moment of a motion, and what came of it |
+//! | `normal` | hard motion with everything that is no fault |
+//! | `table` | reaction times, in words |
+
+mod case;
+mod normal;
+mod run;
+mod table;
+
+pub use case::{CASES, Case, Disturbance};
+pub use normal::{NORMAL_RUN_S, NormalRun, normal_run};
+pub use run::{Moment, Outcome, Supervised, run_case};
+pub use table::{fault_list, reaction_table};

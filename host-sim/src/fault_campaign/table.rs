@@ -1,0 +1,99 @@
+//! The campaign in words.
+
+use super::case::Case;
+use super::run::{Moment, Outcome};
+use firmware::fault::DESCRIPTIONS;
+use std::fmt::Write as _;
+
+/// The fault list as a table.
+pub fn fault_list() -> String {
+    let mut text = String::from(
+        "| code | fault | how it is seen | detail | acknowledged | what to do |\n\
+         |---:|---|---|---|---|---|\n",
+    );
+    for description in &DESCRIPTIONS {
+        let leaves = if description.fault.is_standing() {
+            "no: reset"
+        } else {
+            "yes"
+        };
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {leaves} | {} |",
+            description.fault.code(),
+            description.name,
+            description.seen,
+            description.detail,
+            description.remedy,
+        );
+    }
+    text
+}
+
+/// Reaction times: a row per case, a column per moment (median/worst in ticks).
+pub fn reaction_table(results: &[(Case, Moment, Outcome)], cases: &[Case]) -> String {
+    let mut text = String::from("| what happens | runs | not seen | said |");
+    for moment in Moment::ALL {
+        let _ = write!(text, " {} |", moment_name(moment));
+    }
+    text.push_str(" astray, mm |\n|---|---:|---:|---|");
+    text.push_str(&"---:|".repeat(Moment::ALL.len() + 1));
+    text.push('\n');
+    for case in cases {
+        let of_case: Vec<&(Case, Moment, Outcome)> = results
+            .iter()
+            .filter(|(candidate, _, _)| candidate == case)
+            .collect();
+        let not_seen = of_case
+            .iter()
+            .filter(|(_, _, outcome)| outcome.ticks.is_none())
+            .count();
+        let mut said: Vec<&str> = of_case
+            .iter()
+            .filter_map(|(_, _, outcome)| outcome.fault)
+            .map(|fault| DESCRIPTIONS[usize::from(fault.code()) - 1].name)
+            .collect();
+        said.sort_unstable();
+        said.dedup();
+        let _ = write!(
+            text,
+            "| {} | {} | {not_seen} | {} |",
+            case.name,
+            of_case.len(),
+            said.join(", ")
+        );
+        for moment in Moment::ALL {
+            let ticks = of_case
+                .iter()
+                .filter(|(_, candidate, _)| *candidate == moment)
+                .filter_map(|(_, _, outcome)| outcome.ticks)
+                .collect();
+            let _ = write!(text, " {} |", median_and_worst(ticks));
+        }
+        let astray_m = of_case
+            .iter()
+            .map(|(_, _, outcome)| outcome.astray_m)
+            .fold(0.0, f64::max);
+        let _ = writeln!(text, " {:.1} |", 1e3 * astray_m);
+    }
+    text
+}
+
+fn median_and_worst(mut ticks: Vec<u32>) -> String {
+    ticks.sort_unstable();
+    match (ticks.get(ticks.len() / 2), ticks.last()) {
+        (Some(median), Some(worst)) if median == worst => format!("{worst}"),
+        (Some(median), Some(worst)) => format!("{median} / {worst}"),
+        _ => "-".into(),
+    }
+}
+
+fn moment_name(moment: Moment) -> &'static str {
+    match moment {
+        Moment::Rest => "at rest",
+        Moment::Accelerating => "accelerating",
+        Moment::Cruising => "cruising",
+        Moment::Reversing => "reversing",
+        Moment::Hold => "holding",
+    }
+}

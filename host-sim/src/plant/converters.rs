@@ -1,0 +1,225 @@
+//! From truth to converter codes: the sensors' effects, their noise, and the
+//! steps of the converters.
+
+use super::{Sample, values};
+use crate::model::AxisFault;
+use crate::random::Noise;
+use crate::rig::Rig;
+use firmware::codes::{
+    AdcCode, AdcCodes, COMMAND_V, DacCode, FAILED_CONVERSION, POSITION_M, PRESSURE_PA, Scale,
+    VELOCITY_M_PER_S,
+};
+
+/// Noise of a position sensor where the rig does not state it, m.
+const POSITION_NOISE_M: f64 = 4e-6;
+/// Noise of a pressure sensor where the rig does not state it, Pa.
+const PRESSURE_NOISE_PA: f64 = 250.0;
+/// Noise of a velocity sensor where the rig does not state it, m/s.
+const VELOCITY_NOISE_M_PER_S: f64 = 1.5e-3;
+
+/// Codes between the steps of a 16-bit and of a 12-bit converter.
+const STEP_16_BIT: f64 = 1.0;
+const STEP_12_BIT: f64 = 16.0;
+
+/// What the codes say, SI, in double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Position, m.
+    pub position_m: f64,
+    /// Pressure of chamber a, Pa absolute.
+    pub pressure_a_pa: f64,
+    /// Pressure of chamber b, Pa absolute.
+    pub pressure_b_pa: f64,
+    /// Supply pressure, Pa absolute.
+    pub supply_pressure_pa: f64,
+    /// Velocity, m/s.
+    pub velocity_m_s: f64,
+}
+
+/// What codes say.
+pub fn seen(codes: &AdcCodes) -> Seen {
+    Seen {
+        position_m: value(&POSITION_M, codes.position.0),
+        pressure_a_pa: value(&PRESSURE_PA, codes.pressure_a.0),
+        pressure_b_pa: value(&PRESSURE_PA, codes.pressure_b.0),
+        supply_pressure_pa: value(&PRESSURE_PA, codes.supply_pressure.0),
+        velocity_m_s: value(&VELOCITY_M_PER_S, codes.velocity.0),
+    }
+}
+
+/// What the valve's 12-bit converter puts out for a code, V.
+pub fn valve_v(code: DacCode) -> f64 {
+    const LOW_BITS: u16 = 0xF;
+    value(&COMMAND_V, code.0 & !LOW_BITS)
+}
+
+fn value(scale: &Scale, code: u16) -> f64 {
+    let (lowest, highest) = (f64::from(scale.lowest), f64::from(scale.highest));
+    lowest + (highest - lowest) * f64::from(code) / f64::from(u16::MAX)
+}
+
+/// One sensor and its converter.
+#[derive(Clone, Debug)]
+struct Converter {
+    scale: Scale,
+    codes_per_step: f64,
+    noise: Noise,
+    deviation: f64,
+}
+
+impl Converter {
+    fn new(rig: &Rig, seed: u64, channel: &Channel) -> Self {
+        let declared = rig.signals.get(channel.signal);
+        Self {
+            scale: channel.scale,
+            codes_per_step: channel.codes_per_step,
+            noise: Noise::new(seed, channel.stream),
+            deviation: declared
+                .and_then(|signal| signal.noise)
+                .unwrap_or(channel.noise),
+        }
+    }
+
+    /// The code of a value with new noise; the ends of the scale beyond it, and
+    /// never the code of a failed conversion.
+    fn code(&mut self, value: f64) -> AdcCode {
+        let noisy = value + self.deviation * self.noise.normal();
+        let (lowest, highest) = (f64::from(self.scale.lowest), f64::from(self.scale.highest));
+        let place = (noisy - lowest) / (highest - lowest) * f64::from(u16::MAX);
+        let code = (place / self.codes_per_step).round() * self.codes_per_step;
+        let last = f64::from(FAILED_CONVERSION.0) - self.codes_per_step;
+        AdcCode(code.clamp(0.0, last.max(0.0)) as u16)
+    }
+}
+
+/// What a converter is made from.
+struct Channel {
+    signal: &'static str,
+    scale: Scale,
+    codes_per_step: f64,
+    noise: f64,
+    stream: u64,
+}
+
+const fn pressure(signal: &'static str, stream: u64) -> Channel {
+    Channel {
+        signal,
+        scale: PRESSURE_PA,
+        codes_per_step: STEP_12_BIT,
+        noise: PRESSURE_NOISE_PA,
+        stream,
+    }
+}
+
+const POSITION: Channel = Channel {
+    signal: "x",
+    scale: POSITION_M,
+    codes_per_step: STEP_16_BIT,
+    noise: POSITION_NOISE_M,
+    stream: 0,
+};
+const PRESSURE_A: Channel = pressure("p_a", 1);
+const PRESSURE_B: Channel = pressure("p_b", 2);
+const SUPPLY_PRESSURE: Channel = pressure("p_s", 3);
+const VELOCITY: Channel = Channel {
+    signal: "v",
+    scale: VELOCITY_M_PER_S,
+    codes_per_step: STEP_16_BIT,
+    noise: VELOCITY_NOISE_M_PER_S,
+    stream: 4,
+};
+
+/// All five, with what lies between the axis and them.
+#[derive(Clone, Debug)]
+pub(super) struct Converters {
+    position: Converter,
+    pressure_a: Converter,
+    pressure_b: Converter,
+    supply_pressure: Converter,
+    velocity: Converter,
+    lag: PressureLag,
+    skew: PositionSkew,
+}
+
+impl Converters {
+    pub(super) fn new(rig: &Rig, seed: u64, tick_s: f64) -> Result<Self, AxisFault> {
+        let converter = |channel| Converter::new(rig, seed, channel);
+        Ok(Self {
+            position: converter(&POSITION),
+            pressure_a: converter(&PRESSURE_A),
+            pressure_b: converter(&PRESSURE_B),
+            supply_pressure: converter(&SUPPLY_PRESSURE),
+            velocity: converter(&VELOCITY),
+            lag: PressureLag::new(rig, tick_s),
+            skew: PositionSkew::new(rig)?,
+        })
+    }
+
+    /// What the converters say of this instant.
+    pub(super) fn codes(&mut self, truth: &Sample) -> AdcCodes {
+        let [pressure_a_pa, pressure_b_pa] =
+            self.lag.shown([truth.pressure_a_pa, truth.pressure_b_pa]);
+        AdcCodes {
+            position: self.position.code(self.skew.shown_m(truth)),
+            pressure_a: self.pressure_a.code(pressure_a_pa),
+            pressure_b: self.pressure_b.code(pressure_b_pa),
+            supply_pressure: self.supply_pressure.code(truth.supply_pressure_pa),
+            velocity: self.velocity.code(truth.velocity_m_s),
+        }
+    }
+}
+
+/// `effects.pressure-sensor-lag`: first order, tick by tick.
+#[derive(Clone, Copy, Debug)]
+struct PressureLag {
+    share: f64,
+    shown_pa: Option<[f64; 2]>,
+}
+
+impl PressureLag {
+    fn new(rig: &Rig, tick_s: f64) -> Self {
+        let lag_s = values(rig).effect("pressure-sensor-lag", "time_constant_s", 0.0);
+        let share = if lag_s > 0.0 {
+            1.0 - libm::exp(-tick_s / lag_s)
+        } else {
+            1.0
+        };
+        Self {
+            share,
+            shown_pa: None,
+        }
+    }
+
+    fn shown(&mut self, exact_pa: [f64; 2]) -> [f64; 2] {
+        let before_pa = self.shown_pa.unwrap_or(exact_pa);
+        let step =
+            |place: usize| before_pa[place] + self.share * (exact_pa[place] - before_pa[place]);
+        let shown_pa = [step(0), step(1)];
+        self.shown_pa = Some(shown_pa);
+        shown_pa
+    }
+}
+
+/// `effects.position-time-skew`: the position of a moment ago, by the speed.
+#[derive(Clone, Copy, Debug)]
+struct PositionSkew {
+    delay_s: f64,
+}
+
+impl PositionSkew {
+    fn new(rig: &Rig) -> Result<Self, AxisFault> {
+        let delay_s = values(rig).effect("position-time-skew", "delay_s", 0.0);
+        if delay_s >= 0.0 {
+            return Ok(Self { delay_s });
+        }
+        Err(AxisFault {
+            key: "effects.position-time-skew.delay_s".into(),
+            problem: format!("{delay_s} s: a position that is early"),
+            expected: "0 or more: no sensor shows what is to come".into(),
+        })
+    }
+
+    fn shown_m(&self, truth: &Sample) -> f64 {
+        truth.position_m - self.delay_s * truth.velocity_m_s
+    }
+}

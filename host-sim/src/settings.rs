@@ -1,0 +1,387 @@
+//! From a rig to the settings of a board, and on to the controller: the one way
+//! there, for the chip, for QEMU and for the host.
+//!
+//! The numbers come from [`Values::axis`], which knows which key feeds which
+//! parameter. What is built from the settings is compared with that axis: a
+//! parameter that the settings have no place for cannot be lost in silence.
+//! What the controller's model has no law for is refused by name.
+
+use crate::effects;
+use crate::model::{AxisFault, Values};
+use crate::rig::Rig;
+use firmware::codes::POSITION_M;
+use firmware::settings::{
+    Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gas,
+    Settings, SettingsFault, Thermal, Tube, Valve,
+};
+use model_core::axis::Axis;
+use model_core::chamber::{self, ThermalModel};
+use model_core::controller::Controller;
+use model_core::left_out::ChamberLeakage;
+use model_core::real::Real;
+
+/// Steps for which axis and settings are compared; what they hold does not
+/// depend on it.
+const COMPARED_STEP_S: f64 = 1e-3;
+
+/// Effects that belong to a recording, not to the axis, and why.
+const OF_RECORDINGS: &[(&str, &str, &str)] = &[
+    (
+        "chamber-leakage",
+        "onset_s",
+        "is a time of one recording and means nothing to a board; without it the leak is always open",
+    ),
+    (
+        "pressure-sensor-lag",
+        "time_constant_s",
+        "is the sensor's, and the controller's model has none",
+    ),
+    (
+        "position-time-skew",
+        "delay_s",
+        "is the logger's, and the controller's model has none",
+    ),
+];
+
+/// Why a rig makes no settings: one line that begins with the rig's key or with
+/// the name of the number in the settings.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RigSettingsError {
+    /// The rig says too little, or something that no board can have.
+    #[error("{}: {}, expected {}", .0.key, .0.problem, .0.expected)]
+    Rig(AxisFault),
+    /// A number that a board would refuse.
+    #[error("{0}")]
+    Refused(SettingsFault),
+    /// The settings do not give the axis of the rig.
+    #[error("the settings have no place for a parameter of this rig's axis")]
+    Incomplete,
+}
+
+impl From<RigSettingsError> for AxisFault {
+    fn from(error: RigSettingsError) -> Self {
+        let line = error.to_string();
+        let (key, expected) = match error {
+            RigSettingsError::Rig(fault) => return fault,
+            RigSettingsError::Refused(fault) => (fault.field(), "a number that a board accepts"),
+            RigSettingsError::Incomplete => ("effects", "effects of the catalogue"),
+        };
+        let problem = line.strip_prefix(&format!("{key}: ")).unwrap_or(&line);
+        Self {
+            key: key.into(),
+            problem: problem.into(),
+            expected: expected.into(),
+        }
+    }
+}
+
+/// The settings of a rig.
+pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
+    check_rig(rig).map_err(RigSettingsError::Rig)?;
+    let values = Values::<f32> {
+        rig,
+        keys: &[],
+        replaced: &[],
+    };
+    let axis = values
+        .axis(COMPARED_STEP_S)
+        .map_err(RigSettingsError::Rig)?;
+    let settings = settings_of(&values, &axis);
+    let built = settings
+        .axis(axis.dt_s)
+        .map_err(RigSettingsError::Refused)?;
+    if built != axis {
+        return Err(RigSettingsError::Incomplete);
+    }
+    Ok(settings)
+}
+
+/// The controller of a rig for ticks of `dt_s`, by the way that a board takes:
+/// rig, settings, judgement, controller.
+pub fn controller(rig: &Rig, dt_s: f64) -> Result<Controller<f32>, RigSettingsError> {
+    settings(rig)?
+        .try_build(f32::from_f64(dt_s))
+        .map_err(RigSettingsError::Refused)
+}
+
+fn check_rig(rig: &Rig) -> Result<(), AxisFault> {
+    let fault = |key: &str, problem: &str, expected: &str| {
+        Err(AxisFault {
+            key: key.into(),
+            problem: problem.into(),
+            expected: expected.into(),
+        })
+    };
+    if rig.actuator.is_some() {
+        return fault(
+            "actuator",
+            "a positioner with its own controller is no axis",
+            "[valve] and [cylinder] in its place",
+        );
+    }
+    for (effect, parameter, reason) in OF_RECORDINGS {
+        let key = format!("effects.{effect}.{parameter}");
+        let known = effects::effect(effect).and_then(|effect| effect.parameter(parameter));
+        let neutral = known.and_then(|known| known.neutral);
+        let is_neutral =
+            |value: f64| neutral.is_some_and(|neutral| neutral.total_cmp(&value).is_eq());
+        if rig.value(&key).is_some_and(|value| !is_neutral(value)) {
+            return fault(&key, reason, "a rig without it");
+        }
+    }
+    let half_stroke = rig.cylinder.as_ref().and_then(|cylinder| cylinder.stroke_m);
+    let is_about_middle = rig
+        .cylinder
+        .as_ref()
+        .is_none_or(|cylinder| cylinder.position_zero == Some(crate::rig::PositionZero::MidStroke));
+    if half_stroke.is_some() && !is_about_middle {
+        return fault(
+            "cylinder.position_zero",
+            &format!(
+                "the board's position converter reads {} to {} m",
+                POSITION_M.lowest, POSITION_M.highest
+            ),
+            "\"mid-stroke\"",
+        );
+    }
+    Ok(())
+}
+
+fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>) -> Settings {
+    let pneumatics = &axis.pneumatics;
+    let (levels, bristle) = (&axis.friction, &axis.carriage.bristle);
+    let terms = &axis.friction_terms;
+    let shared = &pneumatics.chamber_a;
+    Settings {
+        gas: Gas {
+            heat_capacity_ratio: pneumatics.gas.heat_capacity_ratio,
+            gas_constant_j_per_kg_k: pneumatics.gas.gas_constant_j_per_kg_k,
+        },
+        ambient: Ambient {
+            pressure_pa: pneumatics.ambient.pressure_pa,
+            temperature_k: pneumatics.ambient.temperature_k,
+        },
+        valve: valve(&axis.valve),
+        command_path: command_path(values),
+        chambers: Chambers {
+            thermal: thermal(shared.thermal),
+            heat_transfer_charging_w_per_m2_k: shared.heat_transfer_charging_w_per_m2_k,
+            heat_transfer_discharging_w_per_m2_k: shared.heat_transfer_discharging_w_per_m2_k,
+        },
+        chamber_a: chamber(&pneumatics.chamber_a, &pneumatics.leak_a),
+        chamber_b: chamber(&pneumatics.chamber_b, &pneumatics.leak_b),
+        tube: Tube {
+            length_m: pneumatics.tube.length_m,
+            diameter_m: pneumatics.tube.diameter_m,
+        },
+        carriage: Carriage {
+            mass_kg: axis.carriage.mass_kg,
+            external_force_n: axis.carriage.external_force_n,
+        },
+        friction: Friction {
+            bristle_stiffness_n_per_m: bristle.stiffness_n_per_m,
+            bristle_damping_n_s_per_m: bristle.damping_n_s_per_m,
+            stribeck_velocity_m_per_s: bristle.stribeck_velocity_m_per_s,
+            coulomb_n: levels.coulomb_n,
+            static_n: levels.static_n,
+            viscous_n_s_per_m: levels.viscous_n_s_per_m,
+        },
+        friction_terms: FrictionTerms {
+            coulomb_n: terms.coulomb_n,
+            stribeck_n: terms.stribeck_n,
+            viscous_n_s_per_m: terms.viscous_n_s_per_m,
+            per_mean_pressure_n_per_pa: terms.per_mean_pressure_n_per_pa,
+            per_pressure_difference_n_per_pa: terms.per_pressure_difference_n_per_pa,
+            constant_force_n: terms.constant_force_n,
+        },
+    }
+}
+
+fn valve(valve: &model_core::valve::Valve<f32>) -> Valve {
+    let column = |points: &[f32]| Column::from_slice(points).unwrap_or_default();
+    Valve {
+        null_v: valve.null_v,
+        feeds_a_above_null: valve.feeds_a_above_null,
+        critical_pressure_ratio: valve.law.critical_pressure_ratio,
+        laminar_pressure_ratio: valve.law.laminar_pressure_ratio,
+        openings_v: column(valve.supply.openings_v()),
+        supply_areas_m2: column(valve.supply.areas_m2()),
+        exhaust_areas_m2: column(valve.exhaust.areas_m2()),
+        opening_stretch: valve.supply.opening_stretch,
+        supply_area_scale: valve.supply.area_scale,
+        exhaust_area_scale: valve.exhaust.area_scale,
+    }
+}
+
+fn command_path(values: &Values<'_, f32>) -> CommandPath {
+    let (slew, spool) = (values.slew_limit(), values.spool_dynamics());
+    CommandPath {
+        delay_s: values.valve_delay().delay_s,
+        hysteresis_width_v: values.hysteresis().width,
+        rising_v_per_s: slew.rising_per_s,
+        falling_v_per_s: slew.falling_per_s,
+        natural_frequency_hz: spool.natural_frequency_hz,
+        damping_ratio: spool.damping_ratio,
+    }
+}
+
+fn chamber(chamber: &chamber::Chamber<f32>, leak: &ChamberLeakage<f32>) -> Chamber {
+    Chamber {
+        area_m2: chamber.geometry.area_m2,
+        dead_volume_m3: chamber.geometry.dead_volume_m3,
+        length_at_zero_m: chamber.geometry.length_at_zero_m,
+        bore_m: chamber.geometry.bore_m,
+        temperature_memory: chamber.temperature_memory,
+        wall_conductance_w_per_k: chamber.wall_conductance_w_per_k,
+        leak_laminar_kg_per_s_pa2: leak.laminar_kg_per_s_pa2,
+        leak_orifice_m2: leak.orifice_area_m2,
+    }
+}
+
+fn thermal(thermal: ThermalModel<f32>) -> Thermal {
+    match thermal {
+        ThermalModel::EnergyBalance => Thermal::EnergyBalance,
+        ThermalModel::Polytropic {
+            expansion_index,
+            compression_index,
+            reference_pressure_pa,
+        } => Thermal::Polytropic {
+            expansion_index,
+            compression_index,
+            reference_pressure_pa,
+        },
+        ThermalModel::PolytropicProcess { index } => Thermal::PolytropicProcess { index },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{EFFECTS, EffectParameter};
+    use std::collections::BTreeMap;
+
+    fn paper() -> Rig {
+        Rig::parse(include_str!("../rigs/paper.toml"), "paper.toml").expect("it is a rig")
+    }
+
+    fn is_of_recordings(effect: &str, parameter: &str) -> bool {
+        OF_RECORDINGS
+            .iter()
+            .any(|(name, key, _)| (*name, *key) == (effect, parameter))
+    }
+
+    /// A possible value that is not neutral, another for every parameter.
+    fn value_for(parameter: &EffectParameter, place: usize) -> f64 {
+        let distinct = 1.0 + 0.01 * place as f64;
+        distinct
+            * match parameter.key {
+                "diameter_m" => 0.006,
+                "natural_frequency_Hz" => 100.0,
+                "laminar_a_kg_s_Pa2" | "laminar_b_kg_s_Pa2" => 2e-16,
+                "orifice_a_m2" | "orifice_b_m2" => 1e-8,
+                "memory_a" | "memory_b" => 0.5,
+                "volume_a_m3" | "volume_b_m3" => 1e-5,
+                "per_mean_pressure_N_Pa" | "per_pressure_difference_N_Pa" => 1e-5,
+                "bristle_stiffness_N_m" => 3e5,
+                "delay_s" | "time_constant_s" => 2e-3,
+                "rising_per_s" | "falling_per_s" => 500.0,
+                _ => 0.8,
+            }
+    }
+
+    fn effects_of_the_axis() -> Vec<(&'static str, &'static EffectParameter, f64)> {
+        let all = EFFECTS
+            .iter()
+            .flat_map(|effect| effect.parameters.iter().map(|one| (effect.name, one)));
+        all.enumerate()
+            .filter(|(_, (name, one))| !is_of_recordings(name, one.key))
+            .map(|(place, (name, one))| (name, one, value_for(one, place)))
+            .collect()
+    }
+
+    #[test]
+    fn prop_every_effect_arrives_to_the_bit() {
+        let mut rig = paper();
+        for (name, parameter, value) in effects_of_the_axis() {
+            let effect = rig.effects.entry(name.into()).or_default();
+            effect.insert(parameter.key.into(), value);
+        }
+        let values = Values::<f32> {
+            rig: &rig,
+            keys: &[],
+            replaced: &[],
+        };
+        let expected = values.axis(1e-3).expect("it is an axis");
+        let settings = settings(&rig).expect("it makes settings");
+        assert_eq!(settings.axis(1e-3), Ok(expected));
+        let content = firmware::settings::record::encode_content(&settings).expect("it fits");
+        let read = firmware::settings::record::decode_content(&content).expect("it reads");
+        assert_eq!(read.axis(1e-3), Ok(expected));
+        assert_eq!(controller(&rig, 1e-3), Ok(Controller::new(expected)));
+    }
+
+    #[test]
+    fn prop_no_effect_is_dropped() {
+        let plain = settings(&paper()).expect("it makes settings");
+        for effect in EFFECTS {
+            for (place, parameter) in effect.parameters.iter().enumerate() {
+                let mut rig = paper();
+                let value = value_for(parameter, place);
+                let one = BTreeMap::from([(parameter.key.to_owned(), value)]);
+                rig.effects.insert(effect.name.into(), one);
+                let name = format!("effects.{}.{}", effect.name, parameter.key);
+                match settings(&rig) {
+                    Ok(changed) => assert_ne!(changed, plain, "{name}"),
+                    Err(error) => {
+                        assert!(is_of_recordings(effect.name, parameter.key), "{error}");
+                        assert!(error.to_string().starts_with(&name), "{error}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn prop_every_chamber_model_arrives() {
+        let text = include_str!("../rigs/paper.toml");
+        for (model, extra) in [
+            ("energy-balance", ""),
+            ("polytropic", ""),
+            ("polytropic-process", "polytropic_index = 1.3\n"),
+        ] {
+            let model = format!("model = \"{model}\"\n{extra}");
+            let text = text.replace("model = \"energy-balance\"", &model);
+            let rig = Rig::parse(&text, "paper.toml").expect("it is a rig");
+            settings(&rig).expect("it makes settings");
+        }
+    }
+
+    #[test]
+    fn prop_rigs_that_make_no_controller_say_why() {
+        let refused = |from: &str, to: &str| {
+            let text = include_str!("../rigs/paper.toml").replace(from, to);
+            let rig = Rig::parse(&text, "paper.toml").expect("it is a rig");
+            settings(&rig)
+                .expect_err("it is no rig for a board")
+                .to_string()
+        };
+        let zero = refused("\"mid-stroke\"", "\"end-a\"");
+        assert!(zero.starts_with("cylinder.position_zero: "), "{zero}");
+        let long = refused("stroke_m = 0.5 ", "stroke_m = 0.8 ");
+        assert!(
+            long.starts_with("chamber_a.length_at_zero_m: 0.4 is"),
+            "{long}"
+        );
+        let missing = refused("mass_kg = 2.0", "mass_kg = 100000.0");
+        assert!(
+            missing.starts_with("carriage.mass_kg: 100000 is"),
+            "{missing}"
+        );
+        let vessel = Rig::parse(include_str!("../rigs/vessel-leak.toml"), "v").expect("a rig");
+        let vessel = settings(&vessel).expect_err("it has no carriage");
+        assert!(vessel.to_string().starts_with("vessel: "), "{vessel}");
+        let stem = Rig::parse(include_str!("../rigs/plant-valve.toml"), "v").expect("a rig");
+        let stem = settings(&stem).expect_err("it has no axis");
+        assert!(stem.to_string().starts_with("actuator: "), "{stem}");
+    }
+}

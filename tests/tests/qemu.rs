@@ -1,0 +1,157 @@
+//! The firmware in QEMU answers as the same control code does on the host: the
+//! same bytes for the same samples, whatever comes.
+//!
+//! Without QEMU these tests say so and pass; in continuous integration they fail.
+
+use firmware::codes::AdcCodes;
+use firmware::control_task::{ControlTask, Sample};
+use firmware::cost::Report;
+use firmware::settings::{Settings, record};
+use firmware::{frame, link};
+use model_core::reference::Reference;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use xtask::plant::{Link, Plant};
+use xtask::qemu::Machine;
+use xtask::{image, qemu};
+
+/// The same control code with the same settings.
+fn host_controller(settings: &Settings) -> ControlTask {
+    let controller = settings.try_build(1e-3);
+    ControlTask::new(controller.expect("the settings are possible"))
+}
+
+/// The samples of a motion that the host has controlled with these settings.
+fn motion(settings: &Settings, ticks: u32) -> Vec<Sample> {
+    let mut host = host_controller(settings);
+    let mut plant = Plant::default();
+    let mut samples = Vec::new();
+    for _ in 0..ticks {
+        let sample = plant.sample();
+        samples.push(sample);
+        let answer = link::command(&host.tick(&sample));
+        plant.apply(&link::read_command(&answer).expect("an answer"));
+    }
+    samples
+}
+
+/// The image, or `None` where nothing can run it.
+fn image() -> Option<PathBuf> {
+    if let Err(failure) = qemu::need_qemu() {
+        assert!(std::env::var_os("CI").is_none(), "{failure}");
+        println!("SKIPPED: the firmware in QEMU: {failure}");
+        return None;
+    }
+    Some(image::build(image::MPS2).expect("the image builds"))
+}
+
+fn start(image: &Path, more: &[String]) -> (Machine, SocketAddr) {
+    Machine::start(image, more).expect("QEMU starts")
+}
+
+/// Sends the samples, and one in so many first as a damaged copy, which must be
+/// dropped; holds each answer against the host's.
+fn compare(
+    machine: (Machine, SocketAddr),
+    settings: &Settings,
+    samples: &[Sample],
+    damage_every: u32,
+) -> Report {
+    let (machine, address) = machine;
+    let mut plant_end = Link::connect(address).expect("the firmware greets");
+    let mut host = host_controller(settings);
+    for sample in samples {
+        if sample.tick % damage_every == damage_every - 1 {
+            let mut damaged = frame::encode(&link::sample(sample)).expect("it fits");
+            // Not to nought, which would end the frame and make two of it.
+            damaged[5] ^= if damaged[5] == 0x10 { 0x20 } else { 0x10 };
+            plant_end.send_bytes(&damaged).expect("it is sent");
+        }
+        let expected = link::command(&host.tick(sample));
+        let answer = plant_end.exchange(sample).expect("it answers");
+        assert_eq!(answer[..], expected[..], "tick {}", sample.tick);
+    }
+    let report = plant_end.end().expect("it tells of itself");
+    let status = machine.wait(Duration::from_secs(10)).expect("it ends");
+    assert!(status.success(), "{status}");
+    report
+}
+
+#[test]
+fn val_host_and_qemu_answer_alike_in_motion_and_twice() {
+    let Some(image) = image() else { return };
+    let settings = Settings::built_in();
+    let samples = motion(&settings, 5000);
+    let moved = |sample: &Sample| (sample.codes.position.0).abs_diff(32_768);
+    let furthest = samples.iter().map(moved).max();
+    assert!(furthest > Some(5000), "the axis moves: {furthest:?} codes");
+    let report = compare(start(&image, &[]), &settings, &samples, 500);
+    assert_eq!((report.cost.ticks, report.dropped_frames), (5000, 10));
+    assert_eq!(report.lost_commands, 0);
+    let again = compare(start(&image, &[]), &settings, &samples, 500);
+    assert_eq!(
+        again, report,
+        "also the instructions are the same every time"
+    );
+}
+
+#[test]
+fn prop_host_and_qemu_answer_alike_whatever_comes() {
+    let Some(image) = image() else { return };
+    let mut random = Random(1);
+    let samples: Vec<Sample> = (0..3000).map(|tick| random.sample(tick)).collect();
+    let report = compare(start(&image, &[]), &Settings::built_in(), &samples, 7);
+    assert_eq!(report.dropped_frames, 3000 / 7);
+}
+
+#[test]
+fn val_host_and_qemu_answer_alike_with_the_settings_of_a_rig() {
+    let Some(image) = image() else { return };
+    let mut settings = Settings::built_in();
+    settings.carriage.mass_kg *= 1.5;
+    settings.valve.null_v += 0.05;
+    let samples = motion(&settings, 1500);
+    assert_ne!(samples, motion(&Settings::built_in(), 1500));
+    let record = record::encode(1, &settings).expect("it fits");
+    let file = std::env::temp_dir().join(format!("settings-{}.bin", std::process::id()));
+    std::fs::write(&file, &record).expect("it is written");
+    let machine = start(&image, &qemu::with_settings(&file.to_string_lossy()));
+    compare(machine, &settings, &samples, u32::MAX);
+    std::fs::remove_file(&file).expect("it was there");
+}
+
+/// Marsaglia's xorshift, 32 bits, shifts 13, 17, 5.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    /// Any codes at all; a reference that may be any bits at all.
+    fn sample(&mut self, tick: u32) -> Sample {
+        let codes = [0; 5].map(|_: u16| (self.next() >> 16) as u16);
+        let is_sane = !self.next().is_multiple_of(4);
+        let mut value = || {
+            let bits = self.next();
+            if is_sane {
+                (bits as i32 as f32) * 1e-10
+            } else {
+                f32::from_bits(bits)
+            }
+        };
+        Sample {
+            tick,
+            codes: AdcCodes::from_array(codes),
+            reference: Reference {
+                position_m: value(),
+                velocity_m_per_s: value(),
+                acceleration_m_per_s2: value(),
+            },
+        }
+    }
+}

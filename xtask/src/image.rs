@@ -1,0 +1,55 @@
+//! Building the images that boards run.
+
+use crate::chip::TARGET;
+use crate::setup;
+use crate::shell::{self, Outcome, as_typed};
+use std::path::PathBuf;
+use std::process::Command;
+
+/// The machine mps2-an386 of QEMU, as the firmware's feature is named.
+pub const MPS2: &str = "mps2";
+/// The chip between real converters and a real valve, as the feature is named.
+pub const STM32F405: &str = "stm32f405";
+/// The boards that the application is built for.
+pub const BOARDS: [&str; 2] = [MPS2, STM32F405];
+/// Its other converter for the valve.
+const SPI_DAC: &str = "stm32f405,spi-dac";
+/// The profile of Cargo.toml that images are built with.
+const PROFILE: &str = "chip";
+
+/// Builds a board's image and returns where it lies.
+pub fn build(board: &str) -> Outcome<PathBuf> {
+    shell::run(&mut cargo("build", board, board)?)?;
+    let directory = directory(board).join(TARGET).join(PROFILE);
+    Ok(directory.join("firmware"))
+}
+
+/// Clippy over the application, which the host's clippy does not see.
+pub fn clippy() -> Outcome {
+    let variants = [(MPS2, MPS2), (STM32F405, STM32F405), (STM32F405, SPI_DAC)];
+    for (board, features) in variants {
+        let mut command = cargo("clippy", board, features)?;
+        command.args(["--", "-D", "warnings"]);
+        println!("{}", as_typed(&command));
+        shell::run(&mut command)?;
+    }
+    Ok(())
+}
+
+/// A directory for each board: both images have the same name.
+fn directory(board: &str) -> PathBuf {
+    shell::target_directory().join(board)
+}
+
+fn cargo(verb: &str, board: &str, features: &str) -> Outcome<Command> {
+    let core = setup::prepare_core().ok_or_else(setup::advice_for_core)?;
+    let directory = directory(board);
+    let directory = directory.to_string_lossy();
+    let mut words = vec![verb, "-p", "firmware", "--bin", "firmware"];
+    words.extend(["--features", features, "--profile", PROFILE]);
+    words.extend(["--target-dir", &directory]);
+    if !shell::is_watched() {
+        words.push("--quiet");
+    }
+    Ok(core.cargo(&words))
+}

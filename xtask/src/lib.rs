@@ -1,0 +1,92 @@
+//! `cargo xtask`: what CI does, runnable by anyone.
+//!
+//! - `shell`: running commands, headings, failures
+//! - `setup`: what must be installed, and how it gets there
+//! - `apt`: packages of Debian's
+//! - `chip`: building `core` for the microcontroller, with or without rustup
+//! - `checks`: the steps of CI and their summary
+//! - `lint`: rules of this repository that no compiler knows
+//! - `bench` and `estimates`: benchmarks and their generated table
+//! - `control`: the controller's scores and their generated tables
+//! - `evidence`: the diagnoses of the real recordings and their generated table
+//! - `faults`: the fault campaign and its generated tables
+//! - `image` and `artefact`: building the images that boards run; as files for flashing tools
+//! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
+//! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
+//! - `profile`: where the control task's instructions go
+//! - `demo`: the demonstration report
+
+mod apt;
+mod artefact;
+mod bench;
+mod call_graph;
+mod checks;
+mod chip;
+mod control;
+mod demo;
+mod estimates;
+mod evidence;
+mod faults;
+pub mod image;
+mod lint;
+pub mod plant;
+mod profile;
+pub mod qemu;
+mod setup;
+pub mod shell;
+mod size;
+mod thumb;
+
+use shell::Outcome;
+
+const USAGE: &str = "\
+cargo xtask <task>
+
+  setup                   find or install what the other tasks need; safe to repeat
+  test                    setup, then all tests of the workspace
+  ci                      everything a change must pass, in order, with a summary
+  demo                    setup, then the demonstration; its report lands in out/demo
+  bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
+        [--table-only]    write it from the last run
+  control                 score the controller and a PID, write docs/control.md
+  evidence                diagnose the real recordings, write docs/evidence.md
+  faults [SEEDS [MINUTES]]
+                          every fault at every moment, write docs/faults.md
+  image                   the STM32F405's image as files for flashing tools, in out/firmware
+  qemu --serial 127.0.0.1:PORT [--rig RIG.toml] [--seconds N]
+                          the firmware in QEMU, waiting for a plant that connects
+  size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
+                          or made the snapshot
+       [--where]          whose the control task's instructions are
+
+steps of ci that can be repeated alone:
+  lint                    rules of this repository that no compiler knows
+  chip                    build and check the images for the microcontroller";
+
+/// Runs a task.
+pub fn run(arguments: &[String]) -> Outcome {
+    let (task, rest) = match arguments.split_first() {
+        Some((task, rest)) => (task.as_str(), rest),
+        None => ("help", arguments),
+    };
+    match (task, rest) {
+        ("help" | "--help" | "-h", []) => {
+            println!("{USAGE}");
+            Ok(())
+        }
+        ("setup", []) => setup::run(),
+        ("test", []) => checks::test(),
+        ("ci", []) => checks::ci(),
+        ("lint", []) => lint::run(),
+        ("chip", []) => checks::chip(),
+        ("demo", []) => demo::run(),
+        ("control", []) => control::run(),
+        ("evidence", []) => evidence::run(),
+        ("bench", options) => bench::run(options),
+        ("faults", options) => faults::run(options),
+        ("image", []) => artefact::run(),
+        ("qemu", options) => qemu::run(options),
+        ("size", options) => size::run(options),
+        _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),
+    }
+}
