@@ -14,6 +14,9 @@ const LEAST_SHARE_OF_AMBIENT: f32 = 0.25;
 /// A supply of less gauge pressure than this counts as lost, whatever the
 /// friction: the errors of a 10 bar sensor alone are a fifth of it, Pa.
 const LEAST_GAUGE_PA: f32 = 5e4;
+/// A supply of this much gauge pressure is there, whatever the friction: axes of
+/// this kind are run from 4 bar gauge on, and a sagging one still has 3, Pa.
+const ENOUGH_GAUGE_PA: f32 = 2.5e5;
 /// How well the sensor's place against the ends of the stroke is known, m.
 const END_MARGIN_M: f32 = 2e-3;
 
@@ -41,7 +44,7 @@ impl Range {
         Self {
             stroke_m: if is_cylinder { ends } else { scale },
             least_pressure_pa: LEAST_SHARE_OF_AMBIENT * ambient_pa,
-            least_supply_pa: ambient_pa + breaking_away_pa.max(LEAST_GAUGE_PA),
+            least_supply_pa: ambient_pa + breaking_away_pa.clamp(LEAST_GAUGE_PA, ENOUGH_GAUGE_PA),
         }
     }
 

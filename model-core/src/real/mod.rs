@@ -107,6 +107,10 @@ macro_rules! real_by_libm {
                 f64::from(self)
             }
             #[inline]
+            fn is_finite(self) -> bool {
+                <$float>::is_finite(self)
+            }
+            #[inline]
             fn sqrt(self) -> Self {
                 $sqrt(self)
             }

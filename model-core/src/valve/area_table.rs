@@ -142,6 +142,12 @@ impl<R: Real> AreaTable<R> {
         at(&self.openings_v, point.min(self.last_point())) * self.opening_stretch
     }
 
+    /// Area of a point before [`Self::area_scale`], m2.
+    #[inline]
+    pub(super) fn point_area(&self, point: usize) -> R {
+        at(&self.areas_m2, point.min(self.last_point()))
+    }
+
     /// Index of the first entry above `value`, or the last one; at least 1.
     fn first_above(&self, column: &[R; TABLE_CAPACITY], value: R) -> usize {
         let (mut above, mut last) = (1, self.length - 1);

@@ -112,34 +112,34 @@ impl<R: Real> Valve<R> {
     /// are taken as nought where they are below. The second value is false where
     /// the fully open valve does not reach it.
     ///
-    /// Exact where both tables have their points at the same openings; else the
-    /// exhaust's area is linear between the supply's points.
+    /// Both tables must have their points at the same openings, as those of a rig
+    /// have.
     pub fn opening_for_sum(&self, per_supply: R, per_exhaust: R, wanted: R) -> (R, bool) {
-        let (per_supply, per_exhaust) = (per_supply.max(R::ZERO), per_exhaust.max(R::ZERO));
-        let sum = |opening_v| {
-            per_supply * self.supply.area_m2(opening_v)
-                + per_exhaust * self.exhaust.area_m2(opening_v)
+        let per_supply = per_supply.max(R::ZERO) * self.supply.area_scale;
+        let per_exhaust = per_exhaust.max(R::ZERO) * self.exhaust.area_scale;
+        let sum = |point| {
+            per_supply * self.supply.point_area(point) + per_exhaust * self.exhaust.point_area(point)
         };
         let (mut above, mut last) = (0, self.supply.last_point());
-        let full_v = self.supply.point_v(last);
-        if sum(full_v) < wanted {
-            return (full_v, false);
+        if sum(last) < wanted {
+            return (self.supply.point_v(last), false);
         }
         while above < last {
             let middle = usize::midpoint(above, last);
-            if sum(self.supply.point_v(middle)) < wanted {
+            if sum(middle) < wanted {
                 above = middle + 1;
             } else {
                 last = middle;
             }
         }
-        if above == 0 {
-            return (R::ZERO, true);
+        let below = above.saturating_sub(1);
+        let (low, high) = (sum(below), sum(above));
+        let low_v = self.supply.point_v(below);
+        if above == 0 || high <= low {
+            return (low_v, true);
         }
-        let (low_v, high_v) = (self.supply.point_v(above - 1), self.supply.point_v(above));
-        let (low, high) = (sum(low_v), sum(high_v));
         let share = (wanted - low) / (high - low);
-        (low_v + share * (high_v - low_v), true)
+        (low_v + share * (self.supply.point_v(above) - low_v), true)
     }
 
     /// The command that gives a wanted net mass flow into a port (kg/s), through
