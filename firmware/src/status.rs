@@ -84,10 +84,7 @@ impl Status {
         put(&mut payload, &self.fault_tick.to_le_bytes());
         put(
             &mut payload,
-            &[
-                self.reset_cause as u8,
-                u8::from(self.has_built_in_settings),
-            ],
+            &[self.reset_cause as u8, u8::from(self.has_built_in_settings)],
         );
         for count in self.counters.to_array() {
             put(&mut payload, &count.to_le_bytes());
