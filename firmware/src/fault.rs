@@ -250,6 +250,17 @@ pub const DESCRIPTIONS: [Description; 19] = [
     },
 ];
 
+/// The faults in the order of their codes: the chip needs no texts.
+const CODES: [Fault; DESCRIPTIONS.len()] = {
+    let mut codes = [Fault::FailedConversion; DESCRIPTIONS.len()];
+    let mut place = 0;
+    while place < codes.len() {
+        codes[place] = DESCRIPTIONS[place].fault;
+        place += 1;
+    }
+    codes
+};
+
 impl Fault {
     /// The stable code.
     pub fn code(self) -> u8 {
@@ -258,8 +269,7 @@ impl Fault {
 
     /// The fault of a code.
     pub fn from_code(code: u8) -> Option<Self> {
-        let place = usize::from(code.checked_sub(1)?);
-        DESCRIPTIONS.get(place).map(|description| description.fault)
+        CODES.get(usize::from(code.checked_sub(1)?)).copied()
     }
 
     /// Whether the cause stays until the board starts anew, so that there is

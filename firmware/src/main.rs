@@ -41,7 +41,7 @@ mod app {
     use firmware::settings::slots::{Slots, Start};
     use firmware::settings::transfer::Transfer;
     use firmware::start::{ResetCause, cause_of, finding_of};
-    use firmware::telemetry::{self, Record, Streaming, Tap, TelemetryQueue};
+    use firmware::telemetry::{self, Streaming, Tap};
     use heapless::spsc::{Consumer, Producer, Queue};
     use model_core::reference::Reference;
     use rtic::Mutex;
@@ -66,7 +66,7 @@ mod app {
         /// The latest sample or reference that came over the serial line.
         streamed: Sample,
         /// Takes ticks for telemetry.
-        tap: Tap<'static>,
+        tap: Tap,
         /// What the application tells of itself.
         report: Report,
         /// A frame that has time: about settings or telemetry.
@@ -90,7 +90,6 @@ mod app {
         supervision: Supervision,
         serial_out: part::SerialOut,
         outgoing: Consumer<'static, Command>,
-        tapped: Consumer<'static, Record>,
         slots: Slots<part::Storage>,
         transfer: Transfer,
         started: Started,
@@ -112,7 +111,6 @@ mod app {
 
     #[init(local = [
         queue: Queue<Command, QUEUE_LENGTH> = Queue::new(),
-        telemetry_queue: TelemetryQueue = Queue::new(),
     ])]
     fn init(context: init::Context) -> (Shared, Local) {
         let kept_cause = take_kept().unwrap_or(0);
@@ -140,13 +138,12 @@ mod app {
             control_task.recall(finding);
         }
         let (commands, outgoing) = context.local.queue.split();
-        let (tap, tapped) = context.local.telemetry_queue.split();
         send(&mut serial_out, &link::hello(Chosen::TICK_PERIOD_NS));
         axis.begin();
         let shared = Shared {
             control_task,
             streamed: nothing_streamed(),
-            tap: Tap::new(tap, DacCode(0x8000)),
+            tap: Tap::new(DacCode(0x8000)),
             report: Report {
                 cost: Cost::default(),
                 counts_per_s: part::Stopwatch::COUNTS_PER_S,
@@ -174,7 +171,6 @@ mod app {
             },
             serial_out,
             outgoing,
-            tapped,
             slots,
             transfer: Transfer::new(TICK_PERIOD_S),
             started: Started {
@@ -212,7 +208,9 @@ mod app {
         let sample = shared.streamed.lock(|streamed| local.axis.sample(streamed));
         let finding = local.axis.finding();
         let command = shared.control_task.lock(|control_task| {
-            finding.map(|finding| control_task.note_fault(finding));
+            if let Some(finding) = finding {
+                control_task.note_fault(finding);
+            }
             control_task.tick(&sample)
         });
         local.axis.write_valve(command.valve);
@@ -327,13 +325,13 @@ mod app {
 
     #[task(binds = UART5, priority = 1,
            shared = [control_task, tap, report, request, has_ended, status_is_due],
-           local = [serial_out, outgoing, tapped, slots, transfer, started])]
+           local = [serial_out, outgoing, slots, transfer, started])]
     fn transmit(context: transmit::Context) {
         let (mut local, mut shared) = (context.local, context.shared);
         while let Some(command) = local.outgoing.dequeue() {
             send(local.serial_out, &link::command(&command));
         }
-        while let Some(record) = local.tapped.dequeue() {
+        while let Some(record) = shared.tap.lock(Tap::take) {
             send(local.serial_out, &telemetry::tick(&record));
         }
         if let Some(request) = shared.request.lock(Option::take) {

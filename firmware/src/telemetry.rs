@@ -1,7 +1,7 @@
 //! What happens at every tick, streamed over the serial wire.
 //!
 //! The control task offers each tick to a [`Tap`], which takes every N-th into
-//! a queue in constant time; a task below it turns what is queued into frames.
+//! its queue in constant time; a task below it turns what is queued into frames.
 //! A tick that found the queue full is counted, and the count goes out with the
 //! frames that follow: together with the sequence number no loss is unnoticed,
 //! and a loss on the board is told from one on the wire.
@@ -25,9 +25,9 @@
 use crate::codes::{AdcCodes, DacCode};
 use crate::control_task::{Command, Sample};
 use crate::link::{Fields, Payload, put};
-use heapless::spsc::{Producer, Queue};
+use heapless::Deque;
 
-/// Places in the queue: 31 ticks, a wait of 31 ms at 1 kHz.
+/// Places in the queue: a wait of 32 ms at 1 kHz.
 pub const QUEUE_PLACES: usize = 32;
 /// Bytes on the wire of a `Tick` frame.
 pub const TICK_FRAME_BYTES: u32 = 47;
@@ -35,9 +35,6 @@ const BITS_PER_BYTE: u32 = 10;
 /// The part of the wire that telemetry may take, in percent: answers and status
 /// reports need the rest.
 const MOST_LOAD_PERCENT: u64 = 85;
-
-/// The queue between control and telemetry.
-pub type TelemetryQueue = Queue<Record, QUEUE_PLACES>;
 
 /// First byte of a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,9 +71,10 @@ pub struct Record {
     pub estimate: [f32; 4],
 }
 
-/// The control task's end of the queue.
-pub struct Tap<'q> {
-    queue: Producer<'q, Record>,
+/// The queue between control and telemetry, and what goes into it.
+#[derive(Debug)]
+pub struct Tap {
+    queue: Deque<Record, QUEUE_PLACES>,
     /// 0: nothing is streamed.
     decimation: u16,
     until_next: u16,
@@ -86,11 +84,11 @@ pub struct Tap<'q> {
     commanded: DacCode,
 }
 
-impl<'q> Tap<'q> {
+impl Tap {
     /// A tap that streams nothing yet; `resting` is the valve's code at the start.
-    pub fn new(queue: Producer<'q, Record>, resting: DacCode) -> Self {
+    pub fn new(resting: DacCode) -> Self {
         Self {
-            queue,
+            queue: Deque::new(),
             decimation: 0,
             until_next: 0,
             sequence: 0,
@@ -103,6 +101,11 @@ impl<'q> Tap<'q> {
     pub fn set_decimation(&mut self, decimation: u16) {
         self.decimation = decimation;
         self.until_next = 0;
+    }
+
+    /// The oldest tick that waits.
+    pub fn take(&mut self) -> Option<Record> {
+        self.queue.pop_front()
     }
 
     /// Offers a tick: constant time, never waits.
@@ -130,7 +133,7 @@ impl<'q> Tap<'q> {
             estimate: command.estimate.to_array(),
         };
         self.sequence = self.sequence.wrapping_add(1);
-        if self.queue.enqueue(record).is_err() {
+        if self.queue.push_back(record).is_err() {
             self.overflows = self.overflows.wrapping_add(1);
         }
     }
@@ -240,7 +243,7 @@ mod tests {
     use model_core::controller::Estimate;
     use model_core::reference::Reference;
 
-    fn offer(tap: &mut Tap<'_>, tick: u32) {
+    fn offer(tap: &mut Tap, tick: u32) {
         let sample = Sample {
             tick,
             codes: AdcCodes::from_array([1, 2, 3, 4, 5]),
@@ -294,43 +297,39 @@ mod tests {
 
     #[test]
     fn prop_every_nth_tick_is_streamed_with_the_code_in_force() {
-        let mut queue = TelemetryQueue::new();
-        let (producer, mut consumer) = queue.split();
-        let mut tap = Tap::new(producer, DacCode(7));
+        let mut tap = Tap::new(DacCode(7));
         offer(&mut tap, 0);
-        assert_eq!(consumer.dequeue(), None, "nobody asked");
+        assert_eq!(tap.take(), None, "nobody asked");
         tap.set_decimation(3);
         for tick in 1..=9 {
             offer(&mut tap, tick);
         }
         for (place, tick) in [1, 4, 7].into_iter().enumerate() {
-            let record = consumer.dequeue().expect("a third of the ticks");
+            let record = tap.take().expect("a third of the ticks");
             assert_eq!(record.tick, tick);
             assert_eq!(usize::from(record.sequence), place);
             assert_eq!(record.valve_in_force, DacCode(999 + tick as u16));
         }
         tap.set_decimation(0);
         offer(&mut tap, 10);
-        assert_eq!(consumer.dequeue(), None);
+        assert_eq!(tap.take(), None);
     }
 
     #[test]
     fn prop_no_loss_of_a_full_queue_is_unnoticed() {
-        let mut queue = TelemetryQueue::new();
-        let (producer, mut consumer) = queue.split();
-        let mut tap = Tap::new(producer, DacCode(7));
+        let mut tap = Tap::new(DacCode(7));
         tap.set_decimation(1);
-        let held = QUEUE_PLACES as u32 - 1;
+        let held = QUEUE_PLACES as u32;
         for tick in 0..held + 9 {
             offer(&mut tap, tick);
         }
         let mut last = None;
-        while let Some(record) = consumer.dequeue() {
+        while let Some(record) = tap.take() {
             last = Some(record);
         }
         assert_eq!(last.map(|record| record.tick), Some(held - 1));
         offer(&mut tap, held + 9);
-        let next = consumer.dequeue().expect("there is room again");
+        let next = tap.take().expect("there is room again");
         assert_eq!(next.overflows, 9);
         assert_eq!(u32::from(next.sequence), held + 9);
     }

@@ -13,9 +13,7 @@ use firmware::settings::Settings;
 use firmware::settings::record::{LONGEST_RECORD, decode};
 use firmware::settings::slots::{Slot, SlotStorage, Slots, StorageFault};
 use firmware::settings::transfer::Transfer;
-use firmware::telemetry::{
-    Streaming, Tap, TelemetryQueue, read_stream, streaming, tick as tick_payload,
-};
+use firmware::telemetry::{Streaming, Tap, read_stream, streaming, tick as tick_payload};
 use host_sim::cli::record::{RecordArguments, run as record};
 use host_sim::cli::settings::{SettingsArguments, run as settings};
 use host_sim::recording::Recording;
@@ -324,9 +322,7 @@ fn streaming_board(ticks: u32, trouble: Trouble, fate: fn(usize) -> Fate) -> Str
             tick_period_ns: TICK_PERIOD_NS,
         };
         wire.send(&streaming(what)).expect("the host listens");
-        let mut queue = TelemetryQueue::new();
-        let (producer, mut consumer) = queue.split();
-        let mut tap = Tap::new(producer, DacCode(0));
+        let mut tap = Tap::new(DacCode(0));
         tap.set_decimation(decimation);
         let restart = trouble.restarts_after.unwrap_or(ticks);
         let all = (0..ticks).map(|tick| if tick > restart { tick - restart } else { tick });
@@ -339,7 +335,7 @@ fn streaming_board(ticks: u32, trouble: Trouble, fate: fn(usize) -> Fate) -> Str
             if is_in(trouble.sleeps, tick) {
                 continue;
             }
-            while let Some(record) = consumer.dequeue() {
+            while let Some(record) = tap.take() {
                 if wire.send(&tick_payload(&record)).is_err() {
                     return;
                 }

@@ -4,6 +4,7 @@
 use firmware::codes::{AdcCode, AdcCodes, DacCode};
 use firmware::control_task::{Command, ControlTask, Sample, State};
 use firmware::fault::Fault;
+use firmware::start::{cause_of, finding_of};
 use host_sim::closed_loop::{HostController, control_task, wrongly_known};
 use host_sim::fault_campaign::{CASES, Moment, fault_list, normal_run, run_case};
 use host_sim::rig::Rig;

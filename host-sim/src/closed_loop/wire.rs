@@ -201,7 +201,8 @@ pub fn serve<S: Read + Write>(
                 served.ended = true;
                 break;
             }
-            None => unread += 1,
+            // A reference without a sample is for a board with sensors of its own.
+            Some(FromPlant::Reference(_)) | None => unread += 1,
         }
     }
     served.dropped = u64::from(wire.dropped()) + unread;
