@@ -54,20 +54,10 @@ impl<R: Real> ValveDelay<R> {
         }
         let longest = R::from_f64((DELAY_CAPACITY - 2) as f64);
         let steps = (self.delay_s / dt_s).min(longest);
-        let whole = whole_steps(steps);
+        let whole = steps.whole().min(DELAY_CAPACITY - 2);
         let fraction = steps - R::from_f64(whole as f64);
         line.ago(whole) * (R::ONE - fraction) + line.ago(whole + 1) * fraction
     }
-}
-
-/// The integer part, by its value alone; NaN gives 0.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the value is limited to 0..DELAY_CAPACITY before"
-)]
-fn whole_steps<R: Real>(steps: R) -> usize {
-    steps.value().clamp(0.0, (DELAY_CAPACITY - 2) as f64) as usize
 }
 
 #[cfg(test)]

@@ -81,6 +81,15 @@ pub trait Real:
             Self::ZERO
         }
     }
+    /// The whole part as an index; below nought and NaN give 0.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cast saturates"
+    )]
+    fn whole(self) -> usize {
+        self.value() as usize
+    }
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool {
         self.value().is_finite()
@@ -96,8 +105,9 @@ macro_rules! real_by_libm {
             #[inline]
             #[allow(
                 clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
                 clippy::unnecessary_cast,
-                reason = "rounding to the scalar is what this is for"
+                reason = "rounding to the scalar and to an index is what this is for"
             )]
             fn from_f64(value: f64) -> Self {
                 value as Self
@@ -105,6 +115,10 @@ macro_rules! real_by_libm {
             #[inline]
             fn value(self) -> f64 {
                 f64::from(self)
+            }
+            #[inline]
+            fn whole(self) -> usize {
+                self as usize
             }
             #[inline]
             fn is_finite(self) -> bool {

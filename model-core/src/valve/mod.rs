@@ -118,7 +118,8 @@ impl<R: Real> Valve<R> {
         let per_supply = per_supply.max(R::ZERO) * self.supply.area_scale;
         let per_exhaust = per_exhaust.max(R::ZERO) * self.exhaust.area_scale;
         let sum = |point| {
-            per_supply * self.supply.point_area(point) + per_exhaust * self.exhaust.point_area(point)
+            per_supply * self.supply.point_area(point)
+                + per_exhaust * self.exhaust.point_area(point)
         };
         let (mut above, mut last) = (0, self.supply.last_point());
         if sum(last) < wanted {

@@ -76,8 +76,8 @@ impl<R: Real> FlowLaw<R> {
     fn forward(&self, area_m2: R, up: GasState<R>, down: GasState<R>) -> (R, R, R) {
         let upstream_pa = up.pressure_pa.max(R::from_f64(LEAST_PRESSURE_PA));
         let ratio = down.pressure_pa.max(R::ZERO) / upstream_pa;
-        let (shape, shape_slope) = self.shape(ratio);
-        let conductance = area_m2 * self.flow_coefficient / up.temperature_k.sqrt();
+        let (shape, shape_slope) = self.shape(ratio, up.temperature_k);
+        let conductance = area_m2 * self.flow_coefficient;
         (
             conductance * upstream_pa * shape,
             (conductance * (shape - ratio * shape_slope)).max(R::ZERO),
@@ -85,9 +85,10 @@ impl<R: Real> FlowLaw<R> {
         )
     }
 
-    /// Cd(r) psi(r) and its derivative by r.
-    fn shape(&self, ratio: R) -> (R, R) {
-        let (psi, psi_slope) = self.psi(ratio);
+    /// Cd(r) psi(r) / sqrt(T) and its derivative by r.
+    #[inline]
+    fn shape(&self, ratio: R, upstream_k: R) -> (R, R) {
+        let (psi, psi_slope) = self.psi(ratio, upstream_k);
         let [constant, linear, quadratic] = DISCHARGE.map(R::from_f64);
         let discharge = constant + ratio * (linear + ratio * quadratic);
         let discharge_slope = linear + (quadratic + quadratic) * ratio;
@@ -97,25 +98,24 @@ impl<R: Real> FlowLaw<R> {
         )
     }
 
-    /// psi(r) and its derivative.
-    fn psi(&self, ratio: R) -> (R, R) {
+    /// psi(r) / sqrt(T) and its derivative by r. Both roots are taken as one: on a
+    /// chip they are the dearest part of the law.
+    #[inline]
+    fn psi(&self, ratio: R, upstream_k: R) -> (R, R) {
         let critical = self.critical_pressure_ratio;
+        if ratio <= critical {
+            return ((R::ONE / upstream_k).sqrt(), R::ZERO);
+        }
         let laminar = self
             .laminar_pressure_ratio
             .min(R::from_f64(MOST_LAMINAR_RATIO));
-        if ratio <= critical {
-            return (R::ONE, R::ZERO);
-        }
         let span = R::ONE - critical;
-        let ellipse = |r: R| {
-            let q = (r - critical) / span;
-            ((R::ONE - q * q).max(R::ZERO).sqrt(), q)
-        };
+        let q = (ratio.min(laminar) - critical) / span;
+        let psi = ((R::ONE - q * q).max(R::ZERO) / upstream_k).sqrt();
         if ratio < laminar {
-            let (psi, q) = ellipse(ratio);
-            (psi, -q / (span * psi))
+            (psi, -q / (span * upstream_k * psi))
         } else {
-            let slope = -ellipse(laminar).0 / (R::ONE - laminar);
+            let slope = -psi / (R::ONE - laminar);
             (slope * (ratio - R::ONE), slope)
         }
     }
