@@ -5,7 +5,7 @@
 //! slot with the newest sound record has not been touched, or the new one is
 //! complete. That slot's turn to be erased comes at the next start, before the
 //! control begins: erasing a sector of flash stops the processor for up to half
-//! a second (16 KiB, STM32F405 data sheet), no time to take from a control loop
+//! a second (16 KiB; to be checked against the STM32F405's data sheet), no time to take from a control loop
 //! with a watchdog. Hence one storing between two starts; programming a word
 //! stops the processor for 16 us only.
 
