@@ -27,8 +27,9 @@ use crate::control_task::{Command, Sample};
 use crate::link::{Fields, Payload, put};
 use heapless::Deque;
 
-/// Places in the queue: a wait of 32 ms at 1 kHz.
-pub const QUEUE_PLACES: usize = 32;
+/// Places in the queue: a wait of 16 ms at 1 kHz, 2 ms at 8 kHz; the longest
+/// frame takes the wire 2.8 ms, in which a decimation of 5 brings 5 ticks.
+pub const QUEUE_PLACES: usize = 16;
 /// Bytes on the wire of a `Tick` frame.
 pub const TICK_FRAME_BYTES: u32 = 47;
 const BITS_PER_BYTE: u32 = 10;

@@ -6,8 +6,9 @@
 use firmware::codes::AdcCodes;
 use firmware::control_task::{ControlTask, Sample};
 use firmware::cost::Report;
+use firmware::settings::transfer::{self, Verdict};
 use firmware::settings::{Settings, record};
-use firmware::{frame, link};
+use firmware::{frame, link, telemetry};
 use model_core::reference::Reference;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -119,6 +120,71 @@ fn val_host_and_qemu_answer_alike_with_the_settings_of_a_rig() {
     let machine = start(&image, &qemu::with_settings(&file.to_string_lossy()));
     compare(machine, &settings, &samples, u32::MAX);
     std::fs::remove_file(&file).expect("it was there");
+}
+
+/// One answer to one frame.
+fn ask(plant_end: &mut Link, payload: &[u8]) -> Vec<u8> {
+    plant_end.send(payload).expect("it is sent");
+    plant_end.receive().expect("it answers")
+}
+
+#[test]
+fn val_settings_and_telemetry_travel_beside_the_samples() {
+    let Some(image) = image() else { return };
+    let (machine, address) = start(&image, &[]);
+    let mut plant_end = Link::connect(address).expect("the firmware greets");
+    let mut host = host_controller(&Settings::built_in());
+    let mut plant = Plant::default();
+    let mut step = |plant_end: &mut Link, host: &mut ControlTask| {
+        let mut sample = plant.sample();
+        sample.reference.position_m = f32::NAN;
+        let expected = host.tick(&sample);
+        let answer = plant_end.exchange(&sample).expect("it answers");
+        assert_eq!(answer[..], link::command(&expected)[..]);
+        let command = link::read_command(&answer).expect("a command");
+        plant.apply(&command);
+        (sample, expected)
+    };
+    for _ in 0..20 {
+        step(&mut plant_end, &mut host);
+    }
+
+    let mut settings = Settings::built_in();
+    settings.valve.null_v += 0.05;
+    let content = record::encode_content(&settings).expect("it fits");
+    let chunks = (0..content.len()).step_by(transfer::LONGEST_CHUNK);
+    let chunks = chunks.filter_map(|offset| transfer::chunk(&content, offset));
+    let frames = [transfer::begin(&content)].into_iter().chain(chunks);
+    for frame in frames.chain([transfer::commit()]) {
+        let answer = ask(&mut plant_end, &frame);
+        let answer = transfer::read_answer(&answer).expect("an answer");
+        assert_eq!((answer.kind, answer.verdict), (frame[0], Verdict::Taken));
+    }
+    let swapped = settings.try_build(1e-3).expect("the settings are possible");
+    assert_eq!(host.replace_controller(swapped), Ok(()));
+    let (_, command) = step(&mut plant_end, &mut host);
+
+    let answer = ask(&mut plant_end, &telemetry::stream(1));
+    let streaming = telemetry::read_streaming(&answer).expect("an answer");
+    assert_eq!(
+        (streaming.decimation, streaming.tick_period_ns),
+        (1, 1_000_000)
+    );
+    let mut in_force = command.valve;
+    for sequence in 0..20 {
+        let (sample, command) = step(&mut plant_end, &mut host);
+        let payload = plant_end.receive().expect("it streams");
+        let record = telemetry::read_tick(&payload).expect("a tick");
+        assert_eq!((record.sequence, record.overflows), (sequence, 0));
+        assert_eq!((record.tick, record.codes), (sample.tick, sample.codes));
+        assert_eq!(record.valve_in_force, in_force);
+        in_force = command.valve;
+    }
+    plant_end.send(&[0x77, 1, 2]).expect("it is sent");
+    let report = plant_end.end().expect("it tells of itself");
+    assert_eq!(report.dropped_frames, 1, "what nobody wants is counted");
+    let status = machine.wait(Duration::from_secs(10)).expect("it ends");
+    assert!(status.success(), "{status}");
 }
 
 /// Marsaglia's xorshift, 32 bits, shifts 13, 17, 5.

@@ -88,18 +88,26 @@ impl CallGraph {
         is_inside.then_some((*begin, &function.name))
     }
 
+    /// What a function pushes itself, without those that it calls, bytes.
+    pub fn own_stack_bytes(&self, name: &str) -> Outcome<u32> {
+        self.find(name).map(|(_, function)| function.stack_bytes)
+    }
+
+    fn find(&self, name: &str) -> Outcome<(u32, &Function)> {
+        let mut functions = self.functions.iter();
+        let found = functions.find(|(_, function)| function.name == name);
+        let (address, function) =
+            found.ok_or_else(|| format!("the image has no function `{name}`"))?;
+        Ok((*address, function))
+    }
+
     /// What the function with this name can reach.
     pub fn reach(&self, root: &str) -> Outcome<Reach> {
-        let named = |(_, function): &(&u32, &Function)| function.name == root;
-        let (address, _) = self
-            .functions
-            .iter()
-            .find(named)
-            .ok_or_else(|| format!("the image has no function `{root}`"))?;
+        let (address, _) = self.find(root)?;
         let mut reach = Reach::default();
-        let mut way = vec![*address];
+        let mut way = vec![address];
         let mut known = BTreeMap::new();
-        reach.stack_bytes = self.descend(*address, &mut way, &mut known, &mut reach);
+        reach.stack_bytes = self.descend(address, &mut way, &mut known, &mut reach);
         reach.doubts.sort();
         reach.doubts.dedup();
         Ok(reach)

@@ -1,6 +1,7 @@
 //! ADS8681 (Texas Instruments): 16-bit converter with a programmable input range
 //! and its own reference, for the position sensor. ADS8685 and ADS8689 differ in
-//! speed only.
+//! speed only. Commands, registers and flags are to be checked against the data
+//! sheet, which was not at hand.
 //!
 //! A frame is 32 bits, most significant first, SPI mode 0. What the converter
 //! receives is a command; what it sends at the same time is the conversion that
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn val_settings_are_the_data_sheet_s_words() {
+    fn prop_settings_are_these_words() {
         // Write half word 0x14 = 1 (+-2.5 x 4.096 V), then 0x10 = 0x3100.
         let expected = [
             written(vec![0xD0, 0x14, 0x00, 0x01]),

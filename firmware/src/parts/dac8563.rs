@@ -1,5 +1,6 @@
 //! DAC8563 (Texas Instruments): 16-bit converter for the valve, in place of the
-//! chip's own of 12 bits.
+//! chip's own of 12 bits. Commands and behaviour at reset are to be checked
+//! against the data sheet, which was not at hand.
 //!
 //! Chosen because it begins at mid-scale, the middle of the valve, and goes back
 //! there when its clear input falls, which the board ties to the chip's reset.
@@ -59,7 +60,7 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn val_frames_are_the_data_sheet_s_words() {
+    fn prop_frames_are_these_words() {
         let expected: Vec<Transaction<u8>> = [[0x30, 0x00, 0x03], [0x18, 0x80, 0x01]]
             .into_iter()
             .flat_map(|bytes| {

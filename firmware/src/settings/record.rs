@@ -108,16 +108,25 @@ pub fn decode_content(content: &[u8]) -> Option<Settings> {
 /// [`LONGEST_CONTENT`], which a test rules out.
 pub fn encode(sequence: u32, settings: &Settings) -> Option<Record> {
     let content = encode_content(settings)?;
-    let length = u16::try_from(content.len()).ok()?;
     let mut record = Record::new();
-    record.extend_from_slice(&MAGIC).ok()?;
-    record.extend_from_slice(&VERSION.to_le_bytes()).ok()?;
-    record.extend_from_slice(&length.to_le_bytes()).ok()?;
-    record.extend_from_slice(&sequence.to_le_bytes()).ok()?;
-    let crc = record_crc(&record, &content);
-    record.extend_from_slice(&crc.to_le_bytes()).ok()?;
+    record
+        .extend_from_slice(&header(sequence, &content)?)
+        .ok()?;
     record.extend_from_slice(&content).ok()?;
     Some(record)
+}
+
+/// The header of a content, what comes before it in a record.
+pub fn header(sequence: u32, content: &[u8]) -> Option<[u8; HEADER_BYTES]> {
+    let length = u16::try_from(content.len()).ok()?;
+    let mut header: Vec<u8, HEADER_BYTES> = Vec::new();
+    header.extend_from_slice(&MAGIC).ok()?;
+    header.extend_from_slice(&VERSION.to_le_bytes()).ok()?;
+    header.extend_from_slice(&length.to_le_bytes()).ok()?;
+    header.extend_from_slice(&sequence.to_le_bytes()).ok()?;
+    let crc = record_crc(&header, content);
+    header.extend_from_slice(&crc.to_le_bytes()).ok()?;
+    header.into_array().ok()
 }
 
 /// The record at the beginning of `bytes`; what comes after it does not matter.

@@ -5,13 +5,13 @@
 //! slot with the newest sound record has not been touched, or the new one is
 //! complete. That slot's turn to be erased comes at the next start, before the
 //! control begins: erasing a sector of flash stops the processor for up to half
-//! a second (16 KiB, STM32F405 data sheet), no time to take from a control loop
+//! a second (16 KiB; to be checked against the STM32F405's data sheet), no time to take from a control loop
 //! with a watchdog. Hence one storing between two starts; programming a word
 //! stops the processor for 16 us only.
 
 use super::check::SettingsFault;
 use super::parameters::Settings;
-use super::record::{ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, Stored, decode, encode};
+use super::record::{ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, Stored, decode, header};
 use crate::fault::{Fault, Finding};
 use model_core::controller::Controller;
 
@@ -147,24 +147,23 @@ impl<S: SlotStorage> Slots<S> {
         self.storage.erase(spare)
     }
 
-    /// Stores settings in the spare slot, from where the next start takes them.
-    pub fn store(&mut self, settings: &Settings) -> Result<(), StoreFault> {
+    /// Stores the content of a record in the spare slot, from where the next
+    /// start takes it.
+    pub fn store(&mut self, content: &[u8]) -> Result<(), StoreFault> {
         let spare = self.spare();
         let sequence = self.newest.map_or(1, |(_, newest)| newest.wrapping_add(1));
-        let record = encode(sequence, settings).ok_or(StoreFault::Storage)?;
+        let header = header(sequence, content).ok_or(StoreFault::Storage)?;
         if !is_blank(self.storage.bytes(spare)) {
             return Err(StoreFault::NotErased);
         }
-        let (header, content) = record.split_at(HEADER_BYTES);
         self.program(spare, HEADER_BYTES, content)?;
-        self.program(spare, 0, header)?;
-        match decode(self.storage.bytes(spare)) {
-            Ok(stored) if stored.sequence == sequence && stored.settings == *settings => {
-                self.newest = Some((spare, sequence));
-                Ok(())
-            }
-            _ => Err(StoreFault::Storage),
+        self.program(spare, 0, &header)?;
+        let written = self.storage.bytes(spare).split_first_chunk();
+        if !written.is_some_and(|(first, rest)| *first == header && rest.starts_with(content)) {
+            return Err(StoreFault::Storage);
         }
+        self.newest = Some((spare, sequence));
+        Ok(())
     }
 
     /// The storage, given back.

@@ -1,6 +1,6 @@
 //! Settings as a whole, with a flash that loses its power.
 
-use super::record::{LONGEST_RECORD, RecordFault, encode, encode_content};
+use super::record::{Content, LONGEST_RECORD, RecordFault, encode, encode_content};
 use super::slots::{
     Origin, PROGRAM_UNIT_BYTES, Slot, SlotStorage, Slots, StorageFault, StoreFault,
 };
@@ -258,13 +258,17 @@ fn start(flash: Flash) -> (Slots<Flash>, Controller<f32>, Origin) {
     (slots, start.controller, start.origin)
 }
 
+fn content_of(settings: &Settings) -> Content {
+    encode_content(settings).expect("it fits")
+}
+
 /// A board that starts, stores and is switched off.
 fn stored(flash: Flash, settings: &Settings) -> (Flash, Result<(), StoreFault>) {
     let (mut slots, _, _) = start(flash);
     if slots.prepare().is_err() {
         return (slots.into_storage(), Err(StoreFault::Storage));
     }
-    let outcome = slots.store(settings);
+    let outcome = slots.store(&content_of(settings));
     (slots.into_storage(), outcome)
 }
 
@@ -372,8 +376,8 @@ fn prop_impossible_settings_in_a_slot_are_not_used() {
 #[test]
 fn prop_a_second_storing_waits_for_a_start() {
     let (mut slots, _, _) = start(stored(Flash::blank(), &random_settings(0)).0);
-    assert_eq!(slots.store(&random_settings(1)), Ok(()));
-    let outcome = slots.store(&random_settings(2));
+    assert_eq!(slots.store(&content_of(&random_settings(1))), Ok(()));
+    let outcome = slots.store(&content_of(&random_settings(2)));
     assert_eq!(outcome, Err(StoreFault::NotErased));
     let (_, controller, _) = start(slots.into_storage());
     assert_eq!(Ok(controller), random_settings(1).try_build(DT_S));

@@ -238,23 +238,30 @@ impl Transfer {
         if content_crc(&self.received) != announced.crc {
             return Some((Verdict::WrongCrc, ""));
         }
-        let Some(settings) = decode_content(&self.received) else {
-            return Some((Verdict::NotSettings, ""));
-        };
-        let controller = match settings.try_build(self.dt_s) {
-            Ok(controller) => controller,
-            Err(fault) => return Some((Verdict::Impossible, SettingsFault::field(&fault))),
-        };
-        if install(controller).is_err() {
-            return Some((Verdict::NotAtRest, ""));
+        if let Err(refusal) = self.put_in_use(install) {
+            return Some(refusal);
         }
-        let verdict = match slots.store(&settings) {
+        let verdict = match slots.store(&self.received) {
             Ok(()) => Verdict::Taken,
             Err(StoreFault::NotErased) => Verdict::InUseNotErased,
             Err(StoreFault::Storage) => Verdict::InUseNotStored,
         };
         self.stage = Stage::Done(verdict);
         Some((verdict, ""))
+    }
+
+    /// A function of its own: what it holds on the stack is gone before the
+    /// settings are stored.
+    #[inline(never)]
+    fn put_in_use(
+        &self,
+        install: impl FnOnce(Controller<f32>) -> Result<(), NotAtRest>,
+    ) -> Result<(), Judged> {
+        let settings = decode_content(&self.received).ok_or((Verdict::NotSettings, ""))?;
+        let controller = settings
+            .try_build(self.dt_s)
+            .map_err(|fault| (Verdict::Impossible, SettingsFault::field(&fault)))?;
+        install(controller).map_err(|NotAtRest| (Verdict::NotAtRest, ""))
     }
 
     fn answer(&self, kind: u8, (verdict, name): Judged) -> Payload {

@@ -13,6 +13,7 @@
 use super::step::Step;
 use crate::fault::{Fault, Finding};
 use model_core::axis::Axis;
+use model_core::real::Real;
 
 /// Memory, s: some periods of the axis' air spring (about 10 Hz to 20 Hz) would
 /// be slower, one period of the loops' own frequencies is within it.
@@ -33,7 +34,7 @@ impl ForceState {
     #[inline]
     pub(super) fn check(&mut self, axis: &Axis<f32>, step: &Step<'_>) -> Option<Finding> {
         let (now, carriage) = (step.now, &axis.carriage);
-        let share = (step.elapsed_s * (1.0 / MEMORY_S)).min(1.0);
+        let share = Real::min(step.elapsed_s * (1.0 / MEMORY_S), 1.0);
         // M v' dt / T: the velocities' difference, so that noise cancels.
         let change_m_per_s = now.velocity_m_per_s - step.before.velocity_m_per_s;
         let inertia_n = carriage.mass_kg * change_m_per_s * (1.0 / MEMORY_S);
@@ -55,7 +56,7 @@ impl ForceState {
         );
         let friction_n = levels.static_n + levels.viscous_n_s_per_m * speed_m_per_s;
         let gauge_pa = step.now.supply_pressure_pa - ambient_pa;
-        let largest_n = gauge_pa * carriage.area_a_m2.max(carriage.area_b_m2);
+        let largest_n = gauge_pa * Real::max(carriage.area_a_m2, carriage.area_b_m2);
         FRICTION_MARGIN * friction_n
             + axis.friction_terms.constant_force_n.abs()
             + self.inertia_n.abs()

@@ -101,15 +101,10 @@ impl Jump {
         step: &Step<'_>,
         (now_pa, before_pa): (f32, f32),
     ) -> bool {
-        let upstream_pa = now_pa
-            .max(before_pa)
-            .max(step.now.supply_pressure_pa)
-            .max(step.before.supply_pressure_pa);
-        let speed_m_per_s = step
-            .now
-            .velocity_m_per_s
-            .abs()
-            .max(step.before.velocity_m_per_s.abs());
+        let (now, before) = (step.now, step.before);
+        let supply_pa = Real::max(now.supply_pressure_pa, before.supply_pressure_pa);
+        let upstream_pa = Real::max(Real::max(now_pa, before_pa), supply_pa);
+        let speed_m_per_s = Real::max(now.velocity_m_per_s.abs(), before.velocity_m_per_s.abs());
         let volume_flow_m3_per_s = self.most_volume_flow_m3_per_s + chamber.area_m2 * speed_m_per_s;
         let work_j = PARAMETER_MARGIN
             * axis.pneumatics.gas.heat_capacity_ratio

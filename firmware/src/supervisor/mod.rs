@@ -42,6 +42,7 @@ use force::ForceState;
 use jump::{Jump, JumpState};
 use model_core::axis::Axis;
 use model_core::controller::Measurements;
+use model_core::real::Real;
 use pressure::{PressureState, Side};
 use range::Range;
 use step::Step;
@@ -355,8 +356,8 @@ impl Memory {
         let side = Side {
             channel,
             chamber: &chamber.geometry,
-            supply_area_m2: valve.supply.area_m2(feeding_v.max(0.0)),
-            exhaust_area_m2: valve.exhaust.area_m2((-feeding_v).max(0.0)),
+            supply_area_m2: valve.supply.area_m2(Real::max(feeding_v, 0.0)),
+            exhaust_area_m2: valve.exhaust.area_m2(Real::max(-feeding_v, 0.0)),
             pressure_pa,
         };
         let open_flow_m3_per_s = limits.jump.most_volume_flow_m3_per_s;

@@ -16,6 +16,7 @@ use crate::codes::AdcCode;
 use crate::fault::{Channel, Fault, Finding};
 use model_core::axis::Axis;
 use model_core::chamber::ChamberGeometry;
+use model_core::real::Real;
 use model_core::valve::GasState;
 
 /// Memory, s: an axis' change of pressure in earnest takes about so long.
@@ -77,7 +78,7 @@ impl PressureState {
             * side.chamber.length_per_position
             * step.now.velocity_m_per_s
             * side.pressure_pa;
-        let share = (time_s * (1.0 / MEMORY_S)).min(1.0);
+        let share = Real::min(time_s * (1.0 / MEMORY_S), 1.0);
         self.work_j += time_s * (flow_w - motion_w) - share * self.work_j;
         self.terms_j += time_s * (flow_w.abs() + motion_w.abs()) - share * self.terms_j;
         let near_null_j =

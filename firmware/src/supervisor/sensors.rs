@@ -1,5 +1,6 @@
-//! What the checks assume of the sensors: more than the data sheets' noise and
-//! errors, so that a sound sensor never trips.
+//! What the checks assume of the sensors: twice and more the noise and errors of
+//! the rig's simulation (`host-sim`), so that a sound sensor never trips. To be
+//! checked against the data sheets of the sensors in use.
 
 use crate::codes::{POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S};
 

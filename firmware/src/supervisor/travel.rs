@@ -9,6 +9,7 @@
 use super::sensors::{PARTING_M, TIME_SKEW_S, VELOCITY_GAIN_ERROR, VELOCITY_OFFSET_M_PER_S};
 use super::step::Step;
 use crate::fault::{Channel, Fault, Finding};
+use model_core::real::Real;
 
 /// Memory of the contradiction: ten times the skew that is granted, s.
 const MEMORY_S: f32 = 10.0 * TIME_SKEW_S;
@@ -28,7 +29,7 @@ impl TravelState {
     #[inline]
     pub(super) fn check(&mut self, step: &Step<'_>) -> Option<Finding> {
         let parting_m = parting_m(step);
-        let share = (step.elapsed_s * (1.0 / MEMORY_S)).min(1.0);
+        let share = Real::min(step.elapsed_s * (1.0 / MEMORY_S), 1.0);
         let change_m_per_s = step.now.velocity_m_per_s - step.before.velocity_m_per_s;
         self.remembered_m += parting_m - share * self.remembered_m;
         self.recent_change_m_per_s += change_m_per_s - share * self.recent_change_m_per_s;
@@ -61,7 +62,7 @@ fn parting_m(step: &Step<'_>) -> f32 {
     let difference_m = way_m - mean_m_per_s * step.elapsed_s;
     let error_m_per_s = VELOCITY_OFFSET_M_PER_S + VELOCITY_GAIN_ERROR * mean_m_per_s.abs();
     let explained_m = error_m_per_s * step.elapsed_s;
-    difference_m - difference_m.max(-explained_m).min(explained_m)
+    difference_m - Real::clamp(difference_m, -explained_m, explained_m)
 }
 
 fn sum_while(stands: bool, sum: f32, addend: f32) -> f32 {

@@ -7,8 +7,9 @@
 //! | APB1: SPI2, SPI3, DAC (timers twice that) | 42 MHz | 8 MHz |
 //! | APB2: USART1, ADC (ADC a quarter of that) | 84 MHz | 16 MHz |
 //!
-//! Figures: the chip's reference manual RM0090, on wait states, voltage scale and
-//! clocks; its data sheet DS8626 on start-up times.
+//! Figures, to be checked against the sheets, which were not at hand: the chip's
+//! reference manual RM0090 on wait states, voltage scale and clocks; its data
+//! sheet DS8626 on start-up times.
 
 use stm32f4xx_hal::pac::rcc::cfgr::{PPRE1, SW};
 use stm32f4xx_hal::pac::rcc::pllcfgr::{PLLP, PLLSRC};

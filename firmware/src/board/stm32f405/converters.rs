@@ -6,7 +6,7 @@
 //!
 //! Time: the ADC's clock is APB2 / 4 = 21 MHz; 28 cycles of sampling and 12 of
 //! conversion are 1.9 us, 16 ranks 30.5 us. The sampling capacitor (4 pF, behind
-//! 6 kOhm at most: data sheet DS8626) takes its charge from the 10 nF at the pin,
+//! 6 kOhm at most: to be checked against the data sheet, DS8626) takes its charge from the 10 nF at the pin,
 //! which loses 0.04 % of the step between channels and has it back from its
 //! amplifier through 100 Ohm within the 7.6 us to its next turn.
 

@@ -1,7 +1,7 @@
 //! Independent watchdog, with its own oscillator: once started, only a reset
 //! stops it.
 //!
-//! The oscillator runs at 17 to 47 kHz (data sheet DS8626), 32 kHz nominal: all
+//! The oscillator runs at 17 to 47 kHz (to be checked against the data sheet, DS8626), 32 kHz nominal: all
 //! times of the watchdog may be 0.68 to 1.9 times the nominal.
 
 use stm32f4xx_hal::pac::IWDG;
