@@ -418,7 +418,7 @@ fn prop_no_lost_frame_is_unnoticed() {
         }
     }
     let trouble = Trouble {
-        // 80 ticks and the one after it offer to 32 places.
+        // 80 ticks and the one after it offer to 16 places.
         sleeps: Some((400, 480)),
         misses: Some((2000, 2010)),
         fails_at: Some(2500),
@@ -428,16 +428,16 @@ fn prop_no_lost_frame_is_unnoticed() {
     let run = recorded("lossy", address, |_| {});
     assert_eq!(run.outcome, Ok(()), "a loss is no error unless asked");
     for part in [
-        "49 lost on the board",
+        "65 lost on the board",
         "101 lost on the wire",
         "10 ticks missed by the board",
         "1 failed conversions",
         "1 damaged frames",
-        "161 rows missing in 5 gaps",
+        "177 rows missing in 5 gaps",
     ] {
         assert!(run.said.contains(part), "{part}: {}", run.said);
     }
-    assert_eq!(run.recording.len(), 3000 - 161);
+    assert_eq!(run.recording.len(), 3000 - 177);
     let comments = run.text.lines().filter(|line| line.starts_with('#'));
     assert_eq!(comments.count(), 5);
     let inspection = host_sim::inspect::inspect(&run.rig, &run.recording);
