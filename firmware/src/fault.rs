@@ -54,7 +54,7 @@ pub enum Fault {
 pub struct Finding {
     /// What went wrong.
     pub fault: Fault,
-    /// Where: the channel, or a number that [`Fault::detail`] explains.
+    /// Where: the channel, or a number that the fault list explains.
     pub detail: u8,
 }
 

@@ -1,6 +1,6 @@
 //! Payloads of the lock-step link between controller and plant.
 //!
-//! The controller says [`Hello`]; then the plant sends a [`Sample`] a tick and
+//! The controller says hello; then the plant sends a [`Sample`] a tick and
 //! waits for its [`Command`]. The arrival of a sample is the tick: a run is
 //! repeatable to the byte and nobody's clock matters. All fields little-endian.
 

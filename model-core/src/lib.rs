@@ -16,7 +16,7 @@
 //! | [`axis`] | the sum of them |
 //! | [`observer`] | the axis' laws corrected by the sensors; valve edges and friction learned |
 //! | [`feedforward`] | the inverse flow map: which command makes the force change so fast |
-//! | [`reference`] | reference motions, and the way onto one that jumps |
+//! | [`mod@reference`] | reference motions, and the way onto one that jumps |
 //! | [`controller`] | position loop over force loop, friction fed forward, rest |
 //! | [`left_out`] | physics that the paper leaves out |
 //! | [`paper`] | the paper's parameter values, in one place |

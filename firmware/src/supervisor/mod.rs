@@ -3,13 +3,13 @@
 //!
 //! | room | check |
 //! |---|---|
-//! | [`range`] | failed conversions, readings out of range, the supply |
-//! | [`jump`] | readings that change faster than physics |
-//! | [`travel`] | position against velocity: frozen or contradicting |
-//! | [`force`] | pressures against motion |
-//! | [`pressure`] | a chamber pressure that stands still and should not |
-//! | [`stream`] | missed samples, stale or impossible references |
-//! | [`sensors`] | what is assumed of the sensors |
+//! | `range` | failed conversions, readings out of range, the supply |
+//! | `jump` | readings that change faster than physics |
+//! | `travel` | position against velocity: frozen or contradicting |
+//! | `force` | pressures against motion |
+//! | `pressure` | a chamber pressure that stands still and should not |
+//! | `stream` | missed samples, stale or impossible references |
+//! | `sensors` | what is assumed of the sensors |
 //!
 //! ```text
 //! Init --10 ms--> Idle <--a reference of NaN / one that is a number--> Track
@@ -20,10 +20,10 @@
 //!
 //! Limits follow from the rig, the sensors and the tick: each check's file says
 //! how. Choices of engineering are four: 15 % of the axis' largest force as the
-//! reserve for what the model of the force leaves out ([`force`]), 0.5 mm that a
-//! position may miss ([`travel`], [`sensors`]), 2 % of the flow near the valve's
-//! null that counts as none ([`pressure`]), 5 ms of skew between position and
-//! velocity ([`sensors`]). A check is `Params` + `State` + a total step.
+//! reserve for what the model of the force leaves out (`force`), 0.5 mm that a
+//! position may miss (`travel`, `sensors`), 2 % of the flow near the valve's
+//! null that counts as none (`pressure`), 5 ms of skew between position and
+//! velocity (`sensors`). A check is `Params` + `State` + a total step.
 
 mod force;
 mod jump;

@@ -15,7 +15,7 @@
 //! breakaway, and it is let go the moment the load slips: the friction then
 //! stops it, in less way than any feedback could.
 //!
-//! At rest ([`Rest`]) the force is held where the bent bristles keep the load on
+//! At rest the force is held where the bent bristles keep the load on
 //! its place, and the valve is left alone: within some newtons the error is some
 //! micrometres, and every crossing of the dead zone would be a step of the spool.
 //!
