@@ -8,6 +8,7 @@
 
 mod actuator;
 mod carriage;
+mod carriage_history;
 mod chambers;
 mod force;
 mod motion;
