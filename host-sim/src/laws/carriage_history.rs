@@ -26,7 +26,7 @@ const LOAD_HISTORY_S: f64 = 1.0;
 /// Rows on each side for the velocity that drives the load: a contact lasts a
 /// few milliseconds, and the wider smoothing that the seal's age asks for would
 /// wipe it out.
-const CONTACT_REACH: usize = 3;
+const CONTACT_REACH: usize = 1;
 
 /// Sets age and load of a state at the start of a window; its velocity is that
 /// of the window's start.
