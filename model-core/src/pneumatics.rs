@@ -319,8 +319,8 @@ impl<R: Real> Pneumatics<R> {
 
     /// What crosses the piston from a into b.
     fn crossing(&self, state: &PneumaticState<R>, position_m: R, dt_s: R) -> Crossing<R> {
-        let a = self.chamber_a.seen(state.a.gas_state(), R::ZERO);
-        let b = self.chamber_b.seen(state.b.gas_state(), R::ZERO);
+        let a = self.chamber_a.offered(&state.a);
+        let b = self.chamber_b.offered(&state.b);
         let pa_per_kg = self.pa_per_kg(&self.chamber_a, a, position_m)
             + self.pa_per_kg(&self.chamber_b, b, position_m);
         self.piston_leak
@@ -336,7 +336,7 @@ impl<R: Real> Pneumatics<R> {
                     temperature_k: self.ambient.temperature_k,
                 }
             } else {
-                chamber.seen(state.gas_state(), R::ZERO)
+                chamber.offered(state)
             },
             beyond_pa: R::ZERO,
         };
