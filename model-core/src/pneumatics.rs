@@ -8,7 +8,7 @@ use crate::chamber::{Chamber, ChamberFlow, ChamberState};
 use crate::gas::Gas;
 use crate::left_out::{
     ChamberLeakage, Crossing, EndCushion, ExhaustBackPressure, PistonLeakage, SilencerState,
-    SupplyDroop, TankState, TubeLine, TubeState,
+    SupplyDroop, TankState, TubeEnd, TubeLine, TubeState,
 };
 use crate::real::Real;
 use crate::valve::{FlowLaw, GasState, PathAreas};
@@ -273,8 +273,11 @@ impl<R: Real> Pneumatics<R> {
             &self.gas,
             tube_k,
             (valve.mass_kg_per_s, valve.mass_slope),
-            (gas.pressure_pa, self.pa_per_kg(chamber, gas, position_m)),
-            needle,
+            &TubeEnd {
+                pressure_pa: gas.pressure_pa,
+                pa_per_kg: self.pa_per_kg(chamber, gas, position_m),
+                resistance_pa_s_per_kg: needle,
+            },
             dt_s,
         );
         let port = Port {
