@@ -63,6 +63,10 @@ const COLDEST_WALL_OFFSET_K: f64 = -100.0;
 const NARROWEST_NEEDLE_M2: f64 = 1e-9;
 /// The law divides by the bristle's stiffness.
 const SOFTEST_BRISTLE_N_M: f64 = 1e-3;
+/// The law divides by the wavelength; no seal or guide has a shorter one.
+const SHORTEST_WAVE_M: f64 = 1e-3;
+/// The law divides by the time constant; shorter is no growth but a level.
+const SHORTEST_DWELL_S: f64 = 1e-3;
 
 /// Every effect, in the order of a verdict's list.
 pub const EFFECTS: &[Effect] = &[
@@ -156,6 +160,27 @@ pub const EFFECTS: &[Effect] = &[
         ],
     },
     Effect {
+        name: "position-dependent-friction",
+        parameters: &[
+            signed("cosine", "1"),
+            signed("sine", "1"),
+            parameter("wavelength_m", "m", 0.1, SHORTEST_WAVE_M),
+            signed("slope_per_m", "1/m"),
+            signed("curvature_per_m2", "1/m2"),
+        ],
+    },
+    Effect {
+        name: "direction-dependent-friction",
+        parameters: &[signed("asymmetry", "1"), signed("viscous_asymmetry", "1")],
+    },
+    Effect {
+        name: "dwell-stiction",
+        parameters: &[
+            signed("rise_N", "N"),
+            parameter("time_constant_s", "s", 1.0, SHORTEST_DWELL_S),
+        ],
+    },
+    Effect {
         name: "stribeck-friction",
         parameters: &[signed("static_excess_N", "N")],
     },
@@ -176,6 +201,24 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[signed("viscous_Ns_m", "N s/m")],
     },
     Effect {
+        name: "load-compliance",
+        parameters: &[
+            parameter("load_mass_kg", "kg", 0.0, 0.0),
+            parameter("stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("damping_Ns_m", "N s/m", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        // Stands for the compliance too where it has a mass.
+        name: "load-backlash",
+        parameters: &[
+            parameter("load_mass_kg", "kg", 0.0, 0.0),
+            parameter("stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("damping_Ns_m", "N s/m", 0.0, 0.0),
+            parameter("gap_m", "m", 0.0, 0.0),
+        ],
+    },
+    Effect {
         name: "constant-force",
         parameters: &[signed("force_N", "N")],
     },
@@ -184,6 +227,9 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[
             parameter("length_m", "m", 0.0, 0.0),
             parameter("needle_area_m2", "m2", 1e-6, NARROWEST_NEEDLE_M2),
+            parameter("buffer_length_m", "m", 0.0, 0.0),
+            parameter("buffer_stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("buffer_damping_Ns_m", "N s/m", 0.0, 0.0),
         ],
     },
     Effect {
