@@ -26,7 +26,13 @@ const LOAD_HISTORY_S: f64 = 1.0;
 /// Rows on each side for the velocity that drives the load: a contact lasts a
 /// few milliseconds, and the wider smoothing that the seal's age asks for would
 /// wipe it out.
-const CONTACT_REACH: usize = 1;
+const CONTACT_REACH: usize = 4;
+/// A force on the load counts as contact from this share of the Coulomb level
+/// on: below, an error of the friction may be taken for it.
+const SEEN_SHARE: f64 = 0.2;
+/// Share of the error that a row of contact takes off the load's place, and off
+/// its speed where it would be in a stop that carries nothing.
+const CORRECTED_SHARE: f64 = 0.5;
 
 /// Sets age and load of a state at the start of a window; its velocity is that
 /// of the window's start.
@@ -38,6 +44,7 @@ pub(super) fn recall<R: Real>(
     carriage: &Carriage<R>,
     track: &Track<'_>,
     start: usize,
+    forces: Forces<'_, R>,
     state: &mut CarriageState<R>,
 ) {
     let (Some(effects), Some(motion), Some(position_m)) =
@@ -57,7 +64,7 @@ pub(super) fn recall<R: Real>(
         };
         state.contact_age = contact_age(&past, &carriage.bristle, &effects.dwell_stiction);
     }
-    if let (Some(load), _) = carriage.load() {
+    if let (Some(load), mass_kg) = carriage.load() {
         let past = Past {
             time_s,
             recorded: |row: usize| slope(time_s, position_m, row),
@@ -65,7 +72,12 @@ pub(super) fn recall<R: Real>(
             start,
             velocity_m_per_s,
         };
-        state.load = load_state(&past, &load);
+        let body = Body {
+            load,
+            mass_kg,
+            sliding_m_per_s: carriage.bristle.stribeck_velocity_m_per_s * R::from_f64(SLIDING),
+        };
+        state.load = body.load_state(&past, forces);
     }
 }
 
@@ -139,20 +151,75 @@ fn contact_age<R: Real>(
     age
 }
 
-/// The load after a run behind the carriage's motion.
-fn load_state<R: Real>(
-    past: &Past<'_, R, impl Fn(usize) -> f64>,
-    load: &LoadCoupling<R>,
-) -> LoadState<R> {
-    let from_s = past.time_s[past.start] - LOAD_HISTORY_S;
-    let first = past.time_s.partition_point(|&time| time < from_s);
-    let mut state = LoadState::RIGID;
-    let mut before = past.velocity(first);
-    for row in first..past.start {
-        let after = past.velocity(row + 1);
-        let length = R::from_f64(past.length_s(&(row..row + 1)));
-        load.follow(&mut state, before, after, length);
-        before = after;
+/// Drive and steady friction of the carriage at a row and a velocity, and the
+/// Coulomb level there, N.
+pub(super) type Forces<'a, R> = &'a dyn Fn(usize, R) -> [R; 3];
+
+/// Load and carriage as two bodies.
+struct Body<R> {
+    load: LoadCoupling<R>,
+    /// Of the carriage alone.
+    mass_kg: R,
+    /// From this speed on friction is known.
+    sliding_m_per_s: R,
+}
+
+impl<R: Real> Body<R> {
+    /// The load after a run behind the carriage's recorded motion.
+    ///
+    /// A load without play is held by its spring, and the motion says all. In
+    /// its play it coasts: an error of its place makes it meet the carriage at
+    /// a wrong time, and the next error is larger. So while the carriage slides
+    /// the force on the load is taken from the carriage's own balance, and
+    /// every contact that shows there says anew where the load is.
+    fn load_state(
+        &self,
+        past: &Past<'_, R, impl Fn(usize) -> f64>,
+        forces: Forces<'_, R>,
+    ) -> LoadState<R> {
+        let from_s = past.time_s[past.start] - LOAD_HISTORY_S;
+        let first = past.time_s.partition_point(|&time| time < from_s);
+        let has_play = self.load.gap_m > R::ZERO;
+        let mut state = LoadState::RIGID;
+        let mut before = past.velocity(first);
+        for row in first..past.start {
+            let after = past.velocity(row + 1);
+            let dt_s = R::from_f64(past.length_s(&(row..row + 1)));
+            if has_play && before.abs().min(after.abs()) > self.sliding_m_per_s {
+                let mean = (before + after) * R::from_f64(0.5);
+                let [drive, friction, coulomb] = forces(row, mean);
+                let force = drive - friction - self.mass_kg * (after - before) / dt_s;
+                let seen = R::from_f64(SEEN_SHARE) * coulomb;
+                self.observe(&mut state, force, after - before, seen, dt_s);
+            } else {
+                self.load.follow(&mut state, before, after, dt_s);
+            }
+            before = after;
+        }
+        state
     }
-    state
+
+    /// One step of the load under a force that was observed.
+    fn observe(&self, state: &mut LoadState<R>, force_n: R, change: R, seen_n: R, dt_s: R) {
+        let load = &self.load;
+        let half = R::from_f64(0.5);
+        let faster = state.faster_m_per_s + change - dt_s * force_n / load.load_mass_kg;
+        state.ahead_m += dt_s * half * (state.faster_m_per_s + faster);
+        state.faster_m_per_s = faster;
+        let share = R::from_f64(CORRECTED_SHARE);
+        let edge = half * load.gap_m;
+        if force_n.abs() > seen_n {
+            let pressed = force_n - load.damping_n_s_per_m * faster;
+            let contact = edge * force_n.signum() + pressed / load.stiffness_n_per_m;
+            state.ahead_m += share * (contact - state.ahead_m);
+        }
+        let farthest = edge + force_n.abs().max(seen_n) / load.stiffness_n_per_m;
+        if state.ahead_m.abs() > farthest {
+            let side = state.ahead_m.signum();
+            state.ahead_m = side * farthest;
+            if faster * side > R::ZERO {
+                state.faster_m_per_s = faster * (R::ONE - share);
+            }
+        }
+    }
 }
