@@ -57,6 +57,10 @@ const fn signed(key: &'static str, unit: &'static str) -> EffectParameter {
 
 /// A tube narrower than this is none: the law divides by its area.
 const NARROWEST_TUBE_M: f64 = 1e-4;
+/// No wall of a pneumatic axis is so much colder than its surroundings.
+const COLDEST_WALL_OFFSET_K: f64 = -100.0;
+/// A needle narrower than this is shut: the law divides by its area.
+const NARROWEST_NEEDLE_M2: f64 = 1e-9;
 /// The law divides by the bristle's stiffness.
 const SOFTEST_BRISTLE_N_M: f64 = 1e-3;
 /// The law divides by the wavelength; no seal or guide has a shorter one.
@@ -89,6 +93,13 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[parameter("delay_s", "s", 0.0, 0.0)],
     },
     Effect {
+        name: "piston-leakage",
+        parameters: &[
+            parameter("laminar_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
+            parameter("orifice_m2", "m2", 0.0, 0.0),
+        ],
+    },
+    Effect {
         name: "chamber-leakage",
         parameters: &[
             parameter("laminar_a_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
@@ -100,12 +111,41 @@ pub const EFFECTS: &[Effect] = &[
         ],
     },
     Effect {
+        name: "supply-droop",
+        parameters: &[
+            parameter("tank_volume_m3", "m3", 0.0, 0.0),
+            parameter("feed_area_m2", "m2", 1e-5, 0.0),
+        ],
+    },
+    Effect {
+        name: "exhaust-back-pressure",
+        parameters: &[
+            parameter("silencer_area_m2", "m2", 0.0, 0.0),
+            parameter("volume_m3", "m3", 2e-5, 0.0),
+        ],
+    },
+    Effect {
         name: "gas-temperature-dynamics",
         parameters: &[
             parameter("memory_a", "1", 0.0, 0.0),
             parameter("memory_b", "1", 0.0, 0.0),
             parameter("conductance_a_W_K", "W/K", 0.0, 0.0),
             parameter("conductance_b_W_K", "W/K", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        name: "variable-heat-transfer",
+        parameters: &[
+            parameter("density_exponent", "1", 0.0, 0.0),
+            parameter("flow_W_m2K", "W/(m2 K)", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        name: "wall-temperature",
+        parameters: &[
+            parameter("offset_K", "K", 0.0, COLDEST_WALL_OFFSET_K),
+            parameter("heat_capacity_J_K", "J/K", 0.0, 0.0),
+            parameter("outer_W_K", "W/K", 0.0, 0.0),
         ],
     },
     Effect {
@@ -185,6 +225,8 @@ pub const EFFECTS: &[Effect] = &[
     Effect {
         name: "end-cushion",
         parameters: &[
+            parameter("length_m", "m", 0.0, 0.0),
+            parameter("needle_area_m2", "m2", 1e-6, NARROWEST_NEEDLE_M2),
             parameter("buffer_length_m", "m", 0.0, 0.0),
             parameter("buffer_stiffness_N_m", "N/m", 0.0, 0.0),
             parameter("buffer_damping_Ns_m", "N s/m", 0.0, 0.0),
@@ -193,6 +235,10 @@ pub const EFFECTS: &[Effect] = &[
     Effect {
         name: "pressure-sensor-lag",
         parameters: &[parameter("time_constant_s", "s", 0.0, 0.0)],
+    },
+    Effect {
+        name: "pressure-sensor-offset",
+        parameters: &[signed("offset_a_Pa", "Pa"), signed("offset_b_Pa", "Pa")],
     },
     Effect {
         name: "position-time-skew",

@@ -144,7 +144,7 @@ impl<R: Real> Carriage<R> {
         let velocity = before.velocity_m_per_s;
         let levels = effects.levels(*levels, &self.bristle, &before);
         let buffer = effects
-            .end_cushion
+            .elastic_buffer
             .reaction(before.position_m.value, velocity, dt_s);
         let (load, mass_kg) = self.load();
         let solve = |reaction: Reaction<R>| {

@@ -6,7 +6,7 @@
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
 use model_core::left_out::{
-    CarriageEffects, DirectionDependentFriction, DwellStiction, EndCushion, LoadCoupling,
+    CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, LoadCoupling,
     PositionDependentFriction,
 };
 use model_core::paper;
@@ -122,7 +122,7 @@ const EXTREMES: [(&str, Change<f32>); 8] = [
     }),
     ("a loose load before hard buffers", |effects| {
         effects.load = load(1.5, 1e6, 50.0, 5e-3);
-        effects.end_cushion = buffers(0.05, 1e7, 0.0);
+        effects.elastic_buffer = buffers(0.05, 1e7, 0.0);
     }),
 ];
 
@@ -135,8 +135,8 @@ fn load<R: Real>(mass_kg: f64, stiffness: f64, damping: f64, gap_m: f64) -> Load
     }
 }
 
-fn buffers<R: Real>(edge_m: f64, stiffness: f64, damping: f64) -> EndCushion<R> {
-    EndCushion {
+fn buffers<R: Real>(edge_m: f64, stiffness: f64, damping: f64) -> ElasticBuffer<R> {
+    ElasticBuffer {
         low_m: R::from_f64(-edge_m),
         high_m: R::from_f64(edge_m),
         stiffness_n_per_m: R::from_f64(stiffness),
@@ -321,7 +321,7 @@ fn everything<R: Real>(effects: &mut CarriageEffects<R>) {
         time_constant_s: number(0.3),
     };
     effects.load = load(0.6, 2e5, 120.0, 2e-4);
-    effects.end_cushion = buffers(0.03, 2e4, 80.0);
+    effects.elastic_buffer = buffers(0.03, 2e4, 80.0);
 }
 
 /// Largest friction while the force rises slowly after a dwell, the age of the
@@ -404,7 +404,7 @@ fn val_friction_over_a_pass_follows_the_wave() {
 
 #[test]
 fn val_buffers_carry_the_drive_at_rest_and_give_no_energy() {
-    let buffered = with(|effects| effects.end_cushion = buffers(0.01, 1e5, 50.0));
+    let buffered = with(|effects| effects.elastic_buffer = buffers(0.01, 1e5, 50.0));
     let levels = paper::friction_levels::<f64>();
     let mut state = CarriageState::new(0.0, 0.5);
     for _ in 0..20_000 {
@@ -414,7 +414,7 @@ fn val_buffers_carry_the_drive_at_rest_and_give_no_energy() {
     // Friction holds some of the drive.
     assert!((depth - 2e-3).abs() < paper::STATIC_N / 1e5, "{depth}");
     for stiffness in [1e4, 1e6, 1e8] {
-        let buffered = with(|effects| effects.end_cushion = buffers(0.01, stiffness, 0.0));
+        let buffered = with(|effects| effects.elastic_buffer = buffers(0.01, stiffness, 0.0));
         let (free, none) = frictionless(buffered);
         let mut state = CarriageState::new(0.0, 0.5);
         for _ in 0..2000 {
@@ -442,8 +442,8 @@ fn parameters<R: Real>() -> [Parameter<R>; 15] {
         |e| &mut e.load.stiffness_n_per_m,
         |e| &mut e.load.damping_n_s_per_m,
         |e| &mut e.load.gap_m,
-        |e| &mut e.end_cushion.stiffness_n_per_m,
-        |e| &mut e.end_cushion.damping_n_s_per_m,
+        |e| &mut e.elastic_buffer.stiffness_n_per_m,
+        |e| &mut e.elastic_buffer.damping_n_s_per_m,
     ]
 }
 

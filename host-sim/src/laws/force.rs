@@ -11,7 +11,7 @@
 //! is then the mass without it); buffers at the ends take Fe.
 
 use super::{Output, Sink, Track, delayed};
-use crate::model::Values;
+use crate::model::{Side, Values};
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
 use model_core::left_out::LoadCoupling;
@@ -39,8 +39,8 @@ pub(super) fn predict<R: Real>(
     let bristle = values.bristle();
     let ambient = carriage.ambient_pressure_pa;
     let skew_s = values.effect("position-time-skew", "delay_s", 0.0);
-    let gauge = |name: &str, row: usize| match track.signal(name) {
-        Some(pressure) => R::from_f64(pressure[row]) - ambient,
+    let gauge = |side: Side, row: usize| match track.signal(side.pressure_signal()) {
+        Some(pressure) => R::from_f64(pressure[row]) - values.pressure_offset_pa(side) - ambient,
         None => R::ZERO,
     };
     let time = &track.recording.time_s;
@@ -49,7 +49,7 @@ pub(super) fn predict<R: Real>(
     let mut before = read(&motion.position_m, rows.start);
     let mut state = CarriageState::new(before, read(&motion.velocity_m_per_s, rows.start));
     for row in rows {
-        let (gauge_a, gauge_b) = (gauge("p_a", row), gauge("p_b", row));
+        let (gauge_a, gauge_b) = (gauge(Side::A, row), gauge(Side::B, row));
         let position = read(&motion.position_m, row);
         let velocity = read(&motion.velocity_m_per_s, row);
         let dt_s = R::from_f64(if row > 0 { track.dt_s(row - 1) } else { 1.0 });
@@ -101,10 +101,10 @@ fn follow<R: Real>(
 }
 
 /// Force of the buffers, N.
-fn buffer_n<R: Real>(carriage: &Carriage<R>, state: &CarriageState<R>) -> R {
+pub(super) fn buffer_n<R: Real>(carriage: &Carriage<R>, state: &CarriageState<R>) -> R {
     let (position, velocity) = (state.position_m.value, state.velocity_m_per_s);
     carriage.effects.map_or(R::ZERO, |effects| {
-        let buffers = effects.end_cushion;
+        let buffers = effects.elastic_buffer;
         buffers.reaction(position, velocity, R::ZERO).force_n
     })
 }

@@ -1,7 +1,8 @@
 //! The effects that live in the carriage's own step, together.
 
 use super::{
-    DirectionDependentFriction, DwellStiction, EndCushion, LoadCoupling, PositionDependentFriction,
+    DirectionDependentFriction, DwellStiction, ElasticBuffer, LoadCoupling,
+    PositionDependentFriction,
 };
 use crate::carriage::CarriageState;
 use crate::friction::{Bristle, FrictionLevels};
@@ -19,7 +20,7 @@ pub struct CarriageEffects<R> {
     /// `load-compliance`, `load-backlash`.
     pub load: LoadCoupling<R>,
     /// `end-cushion`, its elastic form.
-    pub end_cushion: EndCushion<R>,
+    pub elastic_buffer: ElasticBuffer<R>,
 }
 
 impl<R: Real> CarriageEffects<R> {
@@ -30,7 +31,7 @@ impl<R: Real> CarriageEffects<R> {
             direction_friction: DirectionDependentFriction::NEUTRAL,
             dwell_stiction: DwellStiction::NEUTRAL,
             load: LoadCoupling::NEUTRAL,
-            end_cushion: EndCushion::NEUTRAL,
+            elastic_buffer: ElasticBuffer::NEUTRAL,
         }
     }
 
@@ -41,7 +42,7 @@ impl<R: Real> CarriageEffects<R> {
             && self.direction_friction.is_neutral()
             && self.dwell_stiction.is_neutral()
             && self.load.is_neutral()
-            && self.end_cushion.is_neutral();
+            && self.elastic_buffer.is_neutral();
         (!neutral).then_some(self)
     }
 
