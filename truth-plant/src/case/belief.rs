@@ -9,6 +9,7 @@ use super::nameplate::{
 };
 use crate::plant::gas::{GAS_CONSTANT, HEAT_RATIO};
 use crate::plant::sensors::{POSITION_STEP_M, PRESSURE_STEP_PA};
+use crate::plant::valve::OPENINGS_V;
 use crate::random::Random;
 
 /// One standard deviation of what is typed: relative, absolute for a `_V` that
@@ -33,11 +34,6 @@ const UNCERTAINTY: [(&str, f64); 15] = [
 
 /// Typing errors stay within this many deviations.
 const LARGEST_ERROR: f64 = 2.5;
-
-/// Openings at which the engineer measured the areas.
-const OPENINGS_V: [f64; 19] = [
-    0.0, 0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 3.6, 4.3, 5.0,
-];
 
 /// What the engineer declares besides the values.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +91,7 @@ impl Belief {
 
     /// The null that the engineer types, and that the controller works with.
     pub(super) fn null_v(&self, nameplate: &Nameplate) -> f64 {
-        nameplate.areas.null_v + self.error("valve.null_V")
+        nameplate.null_v + self.error("valve.null_V")
     }
 
     /// The rig file.
@@ -163,14 +159,11 @@ impl Belief {
         let critical = self.typed("valve.critical_pressure_ratio", nameplate.critical_ratio);
         line(text, "critical_pressure_ratio", &format!("{critical:.3}"));
         line(text, "laminar_pressure_ratio", &LAMINAR_RATIO.to_string());
-        let areas = &nameplate.areas;
+        let truth_m2 = nameplate.curve.table_m2();
         let openings = OPENINGS_V.map(|opening_v| self.typed("valve.opening_V", opening_v));
-        let supply = OPENINGS_V
-            .map(|opening_v| self.typed("valve.supply_area_m2", areas.supply_m2(opening_v)));
-        let exhaust = OPENINGS_V.map(|opening_v| {
-            let truth_m2 = areas.asymmetry * areas.supply_m2(opening_v);
-            self.typed("valve.exhaust_area_m2", truth_m2)
-        });
+        let supply = truth_m2.map(|area_m2| self.typed("valve.supply_area_m2", area_m2));
+        let exhaust = truth_m2
+            .map(|area_m2| self.typed("valve.exhaust_area_m2", nameplate.asymmetry * area_m2));
         line(text, "opening_V", &table(&openings));
         line(text, "supply_area_m2", &table(&supply));
         line(text, "exhaust_area_m2", &table(&exhaust));

@@ -293,13 +293,13 @@ impl Design {
             .iter()
             .any(|planned| !planned.effect.on_list);
         Truth {
+            plant: world.nameplate.named_values(&world.changed),
             effects: world.effects,
             kind: self.plan.kind,
             off_list,
             observable: self.plan.kind != Kind::Unobservable,
             noise: self.plan.noise,
             presliding: self.plan.presliding,
-            plant: nameplate::named_values(&world.changed),
         }
     }
 }

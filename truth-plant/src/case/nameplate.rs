@@ -9,7 +9,7 @@ use crate::plant::heat::Heat;
 use crate::plant::mechanics::Mechanics;
 use crate::plant::network::{Cylinder, Network, Supply};
 use crate::plant::sensors::Sensors;
-use crate::plant::valve::{Areas, CommandPath};
+use crate::plant::valve::{AreaCurve, Areas, CommandPath};
 use crate::random::Random;
 
 /// Constants of the seed paper's axis that all rigs share and know.
@@ -35,7 +35,9 @@ pub(super) struct Nameplate {
     pub(super) mass_kg: f64,
     pub(super) dead_volume_m3: [f64; 2],
     pub(super) supply_pa: f64,
-    pub(super) areas: Areas,
+    pub(super) null_v: f64,
+    pub(super) curve: AreaCurve,
+    pub(super) asymmetry: f64,
     pub(super) critical_ratio: f64,
     pub(super) coulomb_n: f64,
     pub(super) static_n: f64,
@@ -56,16 +58,15 @@ impl Nameplate {
                 random.between(13.5e-6, 38e-6),
             ],
             supply_pa: random.between(600e3, 780e3),
-            areas: Areas {
-                null_v: random.between(4.86, 5.12),
+            null_v: random.between(4.86, 5.12),
+            curve: AreaCurve {
                 overlap_v: random.between(0.165, 0.34),
                 largest_m2: random.between(14e-6, 20e-6),
                 leak_m2: random.between(0.05e-6, 0.13e-6),
-                asymmetry: random.between(0.88, 1.15),
                 shape: random.between(1.05, 1.45),
                 span_v: random.between(2.85, 3.15),
-                discharge_loss: 0.0,
             },
+            asymmetry: random.between(0.88, 1.15),
             critical_ratio: random.between(0.25, 0.39),
             coulomb_n,
             static_n: coulomb_n * random.between(1.25, 1.6),
@@ -80,7 +81,11 @@ impl Nameplate {
     pub(super) fn physics(&self, noise: f64) -> Physics {
         Physics {
             command: CommandPath::default(),
-            areas: self.areas.clone(),
+            areas: Areas {
+                null_v: self.null_v,
+                supply_m2: self.curve.table_m2(),
+                asymmetry: self.asymmetry,
+            },
             network: self.network(),
             mechanics: self.mechanics(),
             sensors: Sensors {
@@ -160,36 +165,33 @@ impl Nameplate {
     }
 }
 
-/// The true values under the names that the practice rigs' `truth.json` has.
-pub(super) fn named_values(physics: &Physics) -> BTreeMap<String, f64> {
-    let Physics {
-        areas,
-        network,
-        mechanics,
-        ..
-    } = physics;
-    let friction = &mechanics.friction;
-    [
-        ("thermal", 1.0),
-        ("M", mechanics.mass_kg),
-        ("V0a", network.cylinder.dead_volume_m3[0]),
-        ("V0b", network.cylinder.dead_volume_m3[1]),
-        ("ps", network.supply.pressure_pa),
-        ("null", areas.null_v),
-        ("ovl", areas.overlap_v),
-        ("Amax", areas.largest_m2),
-        ("Aleak", areas.leak_m2),
-        ("asym", areas.asymmetry),
-        ("shape", areas.shape),
-        ("span", areas.span_v),
-        ("FC", friction.coulomb_n),
-        ("FS", friction.static_n),
-        ("s2", friction.viscous_n_s_per_m),
-        ("vs", friction.stribeck_m_per_s),
-        ("hc", network.heat.charging_w_per_m2_k),
-        ("hd", network.heat.discharging_w_per_m2_k),
-        ("b", network.flow.critical_ratio),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
-    .into()
+impl Nameplate {
+    /// The true values under the names that the practice rigs' `truth.json`
+    /// has, as the effects leave them.
+    pub(super) fn named_values(&self, physics: &Physics) -> BTreeMap<String, f64> {
+        let network = &physics.network;
+        [
+            ("thermal", 1.0),
+            ("M", self.mass_kg),
+            ("V0a", self.dead_volume_m3[0]),
+            ("V0b", self.dead_volume_m3[1]),
+            ("ps", self.supply_pa),
+            ("null", self.null_v),
+            ("ovl", self.curve.overlap_v),
+            ("Amax", self.curve.largest_m2),
+            ("Aleak", self.curve.leak_m2),
+            ("asym", self.asymmetry),
+            ("shape", self.curve.shape),
+            ("span", self.curve.span_v),
+            ("FC", self.coulomb_n),
+            ("FS", self.static_n),
+            ("s2", self.viscous_n_s_per_m),
+            ("vs", self.stribeck_m_per_s),
+            ("hc", network.heat.charging_w_per_m2_k),
+            ("hd", network.heat.discharging_w_per_m2_k),
+            ("b", self.critical_ratio),
+        ]
+        .map(|(key, value)| (key.to_owned(), value))
+        .into()
+    }
 }

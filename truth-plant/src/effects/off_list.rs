@@ -2,6 +2,10 @@
 
 use super::{Applied, COMMAND, Draw, Effect, FLOW, FORCE};
 use crate::plant::mechanics::{Cable, Disturbance};
+use crate::plant::valve::OPENINGS_V;
+
+/// Opening over which a loss of discharge fades.
+const DISCHARGE_FADE_V: f64 = 0.6;
 
 const fn effect(name: &'static str, apply: fn(&mut Draw<'_>) -> Applied) -> Effect {
     Effect {
@@ -52,7 +56,9 @@ fn null_drift(draw: &mut Draw<'_>) -> Applied {
 
 fn discharge_by_opening(draw: &mut Draw<'_>) -> Applied {
     let loss = draw.size([0.02, 0.15, 0.3, 0.55]);
-    draw.physics.areas.discharge_loss = loss;
+    for (area_m2, opening_v) in draw.physics.areas.supply_m2.iter_mut().zip(OPENINGS_V) {
+        *area_m2 *= 1.0 - loss * libm::exp(-opening_v / DISCHARGE_FADE_V);
+    }
     Applied::new(FLOW, "loss at small openings", [("relative_loss", loss)])
 }
 

@@ -2,30 +2,54 @@
 
 use std::collections::VecDeque;
 
-/// The areas of the four paths over the opening, in volts of command from the
-/// null: `leak + largest * tanh(((opening - overlap) / span)^shape)`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Areas {
-    /// Command at which the spool is centred.
-    pub null_v: f64,
+/// Openings between which the areas are linear, in volts of command from the
+/// null. A rig file declares its tables at these openings.
+pub const OPENINGS_V: [f64; 19] = [
+    0.0, 0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 3.6, 4.3, 5.0,
+];
+
+/// The shape of the valve's areas: `leak + largest tanh(((opening - overlap) /
+/// span)^shape)` at [`OPENINGS_V`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaCurve {
     /// Opening that only covers the overlap.
     pub overlap_v: f64,
     /// Area that the path would reach far open.
     pub largest_m2: f64,
     /// Area that stays when the path is shut.
     pub leak_m2: f64,
-    /// Exhaust area over supply area.
-    pub asymmetry: f64,
     /// Exponent of the opening curve.
     pub shape: f64,
     /// Opening beyond the overlap at which the curve bends.
     pub span_v: f64,
-    /// Loss of discharge at small openings, relative, fading with the opening.
-    pub discharge_loss: f64,
 }
 
-/// Opening over which a loss of discharge fades.
-const DISCHARGE_FADE_V: f64 = 0.6;
+impl AreaCurve {
+    fn area_m2(&self, opening_v: f64) -> f64 {
+        let free_v = opening_v - self.overlap_v;
+        if free_v <= 0.0 {
+            return self.leak_m2;
+        }
+        let open = libm::tanh(libm::pow(free_v / self.span_v, self.shape));
+        self.leak_m2 + self.largest_m2 * open
+    }
+
+    /// The areas at [`OPENINGS_V`].
+    pub fn table_m2(&self) -> [f64; OPENINGS_V.len()] {
+        OPENINGS_V.map(|opening_v| self.area_m2(opening_v))
+    }
+}
+
+/// The areas of the four paths.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Areas {
+    /// Command at which the spool is centred.
+    pub null_v: f64,
+    /// Areas of a supply path at [`OPENINGS_V`].
+    pub supply_m2: [f64; OPENINGS_V.len()],
+    /// Exhaust area over supply area.
+    pub asymmetry: f64,
+}
 
 /// What the four paths let through now.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,22 +61,25 @@ pub struct Paths {
 }
 
 impl Areas {
-    /// Area of a supply path at an opening.
-    pub fn supply_m2(&self, opening_v: f64) -> f64 {
-        let free_v = opening_v - self.overlap_v;
-        if free_v <= 0.0 {
-            return self.leak_m2;
+    /// Area of a supply path at an opening: shut and wide open it stays as at
+    /// the table's ends.
+    pub fn at_m2(&self, opening_v: f64) -> f64 {
+        let above = OPENINGS_V.partition_point(|point_v| *point_v <= opening_v);
+        let Some(below) = above.checked_sub(1) else {
+            return self.supply_m2[0];
+        };
+        if above == OPENINGS_V.len() {
+            return self.supply_m2[below];
         }
-        let open = libm::tanh(libm::pow(free_v / self.span_v, self.shape));
-        let loss = self.discharge_loss * libm::exp(-free_v / DISCHARGE_FADE_V);
-        self.leak_m2 + self.largest_m2 * open * (1.0 - loss)
+        let share = (opening_v - OPENINGS_V[below]) / (OPENINGS_V[above] - OPENINGS_V[below]);
+        self.supply_m2[below] + share * (self.supply_m2[above] - self.supply_m2[below])
     }
 
     /// The four paths of a spool at a position, in volts of command.
     pub fn paths(&self, spool_v: f64) -> Paths {
         let opening_v = spool_v - self.null_v;
-        let forwards = self.supply_m2(opening_v);
-        let backwards = self.supply_m2(-opening_v);
+        let forwards = self.at_m2(opening_v);
+        let backwards = self.at_m2(-opening_v);
         Paths {
             supply_m2: [forwards, backwards],
             exhaust_m2: [backwards * self.asymmetry, forwards * self.asymmetry],
