@@ -116,6 +116,15 @@ impl Excitation {
         }
     }
 
+    /// Where a drive that avoids all haste wants the carriage to start.
+    pub(super) fn start_m(&self) -> f64 {
+        match &self.course {
+            Course::Positions(points) => reference(points, 0.0).0,
+            Course::Sine { middle_m, .. } => *middle_m,
+            Course::Multisine(_) | Course::Bursts(_) => 0.0,
+        }
+    }
+
     /// The command that follows from what the converters read.
     pub(super) fn command_v(&self, sample: &Sample) -> f64 {
         let time_s = sample.time_s;
@@ -189,15 +198,15 @@ fn reference(points: &[Point], time_s: f64) -> (f64, f64) {
 
 /// Jumps on a raster of time, some left out.
 fn jumps(random: &mut Random, duration_s: f64, reach: Reach, largest_m: f64) -> Course {
-    let raster_s = random.between(0.3, 0.45);
+    let raster_s = random.between(0.3, 0.4);
     let mut points = Vec::new();
     let mut time_s = 0.0;
     while time_s < duration_s {
         let mut position_m = random.between(-largest_m, largest_m);
         if reach == Reach::ToTheEnds && random.chance(0.5) {
-            position_m = random.between(0.235, 0.248) * random.sign();
+            position_m = random.between(0.24, 0.249) * random.sign();
         }
-        let held = 1.0 + libm::floor(random.between(0.0, 2.4));
+        let held = if random.chance(0.7) { 1.0 } else { 2.0 };
         let end_s = time_s + held * raster_s;
         points.push(Point { time_s, position_m });
         points.push(Point {

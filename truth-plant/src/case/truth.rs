@@ -18,7 +18,7 @@ pub struct Truth {
     pub kind: Kind,
     /// Whether an effect is among them that no verdict has a name for.
     pub off_list: bool,
-    /// Whether the recordings can show the effects at all.
+    /// False if the recordings were driven so that they cannot show the effects.
     pub observable: bool,
     /// Multiplier of the sensors' noise.
     pub noise: f64,
