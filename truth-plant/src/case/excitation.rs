@@ -57,9 +57,9 @@ struct Pulse {
 
 /// Pull of the open-loop courses to the middle, and the stronger one beyond the
 /// last position that they should reach.
-const PULL_V_PER_M: f64 = 4.0;
-const HARD_PULL_V_PER_M: f64 = 20.0;
-const OPEN_LOOP_REACH_M: f64 = 0.15;
+const PULL_V_PER_M: f64 = 5.0;
+const HARD_PULL_V_PER_M: f64 = 40.0;
+const OPEN_LOOP_REACH_M: f64 = 0.13;
 /// An engineer commands steps in closed loop with these (as the practice rigs).
 const STIFF_V_PER_M: f64 = 41.0;
 const SOFT_V_PER_M: f64 = 23.0;
@@ -204,7 +204,7 @@ fn jumps(random: &mut Random, duration_s: f64, reach: Reach, largest_m: f64) -> 
     while time_s < duration_s {
         let mut position_m = random.between(-largest_m, largest_m);
         if reach == Reach::ToTheEnds && random.chance(0.5) {
-            position_m = random.between(0.24, 0.249) * random.sign();
+            position_m = random.between(0.238, 0.247) * random.sign();
         }
         let held = if random.chance(0.7) { 1.0 } else { 2.0 };
         let end_s = time_s + held * raster_s;

@@ -91,13 +91,28 @@ impl Request {
     }
 
     /// The case.
-    pub fn draw(self) -> Case {
+    pub fn draw(&self) -> Case {
+        self.design().build()
+    }
+
+    /// The truth of the case, without making its recordings.
+    pub fn truth(&self) -> Truth {
+        let design = self.design();
+        let world = design.world();
+        design.truth(world)
+    }
+
+    /// [`Case::plant`] of the case, without making its recordings.
+    pub fn plant(&self) -> Plant {
+        self.design().plant()
+    }
+
+    fn design(&self) -> Design {
         let mut random = Random::new(self.seed, Purpose::Choice);
         Design {
             seed: self.seed,
             plan: Plan::draw(&mut random, self.kind, &self.wish),
         }
-        .build()
     }
 }
 
@@ -129,15 +144,7 @@ impl Case {
     /// The plant of this case, at rest in mid-stroke, with its effects present
     /// from the start: what a controller can be tried on.
     pub fn plant(&self) -> Plant {
-        let world = self.design.world();
-        let start = Start {
-            position_m: 0.0,
-            pressure_pa: [0.6 * world.nameplate.supply_pa; 2],
-            seed: self.seed,
-            // A noise of its own, beyond those of the recordings.
-            recording: FILES.len(),
-        };
-        Plant::new(world.changed, start)
+        self.design.plant()
     }
 }
 
@@ -174,6 +181,18 @@ impl Design {
             truth: self.truth(world),
             design: self,
         }
+    }
+
+    fn plant(&self) -> Plant {
+        let world = self.world();
+        let start = Start {
+            position_m: 0.0,
+            pressure_pa: [0.6 * world.nameplate.supply_pa; 2],
+            seed: self.seed,
+            // A noise of its own, beyond those of the recordings.
+            recording: FILES.len(),
+        };
+        Plant::new(world.changed, start)
     }
 
     fn world(&self) -> World {

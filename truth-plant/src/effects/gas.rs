@@ -231,7 +231,7 @@ fn wall_temperature(draw: &mut Draw<'_>) -> Applied {
 
 fn end_cushion(draw: &mut Draw<'_>) -> Applied {
     let needle_m2 = draw.size([3e-6, 8e-7, 4e-7, 2e-7]);
-    let length_m = draw.random.between(0.015, 0.025);
+    let length_m = draw.random.between(0.018, 0.026);
     draw.physics.network.cushion = Some(Cushion {
         length_m,
         needle_m2,
