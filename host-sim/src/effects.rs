@@ -57,8 +57,16 @@ const fn signed(key: &'static str, unit: &'static str) -> EffectParameter {
 
 /// A tube narrower than this is none: the law divides by its area.
 const NARROWEST_TUBE_M: f64 = 1e-4;
+/// No wall of a pneumatic axis is so much colder than its surroundings.
+const COLDEST_WALL_OFFSET_K: f64 = -100.0;
+/// A needle narrower than this is shut: the law divides by its area.
+const NARROWEST_NEEDLE_M2: f64 = 1e-9;
 /// The law divides by the bristle's stiffness.
 const SOFTEST_BRISTLE_N_M: f64 = 1e-3;
+/// The law divides by the wavelength; no seal or guide has a shorter one.
+const SHORTEST_WAVE_M: f64 = 1e-3;
+/// The law divides by the time constant; shorter is no growth but a level.
+const SHORTEST_DWELL_S: f64 = 1e-3;
 
 /// Every effect, in the order of a verdict's list.
 pub const EFFECTS: &[Effect] = &[
@@ -85,6 +93,13 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[parameter("delay_s", "s", 0.0, 0.0)],
     },
     Effect {
+        name: "piston-leakage",
+        parameters: &[
+            parameter("laminar_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
+            parameter("orifice_m2", "m2", 0.0, 0.0),
+        ],
+    },
+    Effect {
         name: "chamber-leakage",
         parameters: &[
             parameter("laminar_a_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
@@ -93,6 +108,20 @@ pub const EFFECTS: &[Effect] = &[
             parameter("orifice_b_m2", "m2", 0.0, 0.0),
             // Time of the recording at which the leak opens.
             parameter("onset_s", "s", f64::NEG_INFINITY, f64::MIN),
+        ],
+    },
+    Effect {
+        name: "supply-droop",
+        parameters: &[
+            parameter("tank_volume_m3", "m3", 0.0, 0.0),
+            parameter("feed_area_m2", "m2", 1e-5, 0.0),
+        ],
+    },
+    Effect {
+        name: "exhaust-back-pressure",
+        parameters: &[
+            parameter("silencer_area_m2", "m2", 0.0, 0.0),
+            parameter("volume_m3", "m3", 2e-5, 0.0),
         ],
     },
     Effect {
@@ -105,6 +134,21 @@ pub const EFFECTS: &[Effect] = &[
         ],
     },
     Effect {
+        name: "variable-heat-transfer",
+        parameters: &[
+            parameter("density_exponent", "1", 0.0, 0.0),
+            parameter("flow_W_m2K", "W/(m2 K)", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        name: "wall-temperature",
+        parameters: &[
+            parameter("offset_K", "K", 0.0, COLDEST_WALL_OFFSET_K),
+            parameter("heat_capacity_J_K", "J/K", 0.0, 0.0),
+            parameter("outer_W_K", "W/K", 0.0, 0.0),
+        ],
+    },
+    Effect {
         name: "dead-volume",
         parameters: &[signed("volume_a_m3", "m3"), signed("volume_b_m3", "m3")],
     },
@@ -113,6 +157,27 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[
             signed("per_mean_pressure_N_Pa", "N/Pa"),
             signed("per_pressure_difference_N_Pa", "N/Pa"),
+        ],
+    },
+    Effect {
+        name: "position-dependent-friction",
+        parameters: &[
+            signed("cosine", "1"),
+            signed("sine", "1"),
+            parameter("wavelength_m", "m", 0.1, SHORTEST_WAVE_M),
+            signed("slope_per_m", "1/m"),
+            signed("curvature_per_m2", "1/m2"),
+        ],
+    },
+    Effect {
+        name: "direction-dependent-friction",
+        parameters: &[signed("asymmetry", "1"), signed("viscous_asymmetry", "1")],
+    },
+    Effect {
+        name: "dwell-stiction",
+        parameters: &[
+            signed("rise_N", "N"),
+            parameter("time_constant_s", "s", 1.0, SHORTEST_DWELL_S),
         ],
     },
     Effect {
@@ -136,12 +201,44 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[signed("viscous_Ns_m", "N s/m")],
     },
     Effect {
+        name: "load-compliance",
+        parameters: &[
+            parameter("load_mass_kg", "kg", 0.0, 0.0),
+            parameter("stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("damping_Ns_m", "N s/m", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        // Stands for the compliance too where it has a mass.
+        name: "load-backlash",
+        parameters: &[
+            parameter("load_mass_kg", "kg", 0.0, 0.0),
+            parameter("stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("damping_Ns_m", "N s/m", 0.0, 0.0),
+            parameter("gap_m", "m", 0.0, 0.0),
+        ],
+    },
+    Effect {
         name: "constant-force",
         parameters: &[signed("force_N", "N")],
     },
     Effect {
+        name: "end-cushion",
+        parameters: &[
+            parameter("length_m", "m", 0.0, 0.0),
+            parameter("needle_area_m2", "m2", 1e-6, NARROWEST_NEEDLE_M2),
+            parameter("buffer_length_m", "m", 0.0, 0.0),
+            parameter("buffer_stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("buffer_damping_Ns_m", "N s/m", 0.0, 0.0),
+        ],
+    },
+    Effect {
         name: "pressure-sensor-lag",
         parameters: &[parameter("time_constant_s", "s", 0.0, 0.0)],
+    },
+    Effect {
+        name: "pressure-sensor-offset",
+        parameters: &[signed("offset_a_Pa", "Pa"), signed("offset_b_Pa", "Pa")],
     },
     Effect {
         name: "position-time-skew",
