@@ -43,7 +43,8 @@ pub struct TrueEffect {
     pub form: Form,
     /// Its form in words.
     pub law: String,
-    /// Its sizes, keys ending in their units.
+    /// Its sizes, keys ending in their units; those of `[effects.NAME]` in a rig
+    /// file where that knows the form.
     pub parameters: BTreeMap<String, f64>,
     /// When it is present, if not always.
     pub onset: Option<Onset>,

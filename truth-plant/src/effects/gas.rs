@@ -204,10 +204,7 @@ fn variable_heat_transfer(draw: &mut Draw<'_>) -> Applied {
     let heat = &mut draw.physics.network.heat;
     heat.per_flow_w_per_m2_k = per_flow;
     heat.density_exponent = exponent;
-    let parameters = [
-        ("per_gram_per_second_W_m2K", per_flow),
-        ("density_exponent", exponent),
-    ];
+    let parameters = [("flow_W_m2K", per_flow), ("density_exponent", exponent)];
     Applied::new(CHAMBERS, "density and flow", parameters)
 }
 
@@ -222,9 +219,9 @@ fn wall_temperature(draw: &mut Draw<'_>) -> Applied {
         warmer_k,
     });
     let parameters = [
-        ("warmer_K", warmer_k),
-        ("capacity_J_K", capacity_j_per_k),
-        ("outward_W_K", outward_w_per_k),
+        ("offset_K", warmer_k),
+        ("heat_capacity_J_K", capacity_j_per_k),
+        ("outer_W_K", outward_w_per_k),
     ];
     Applied::new(CHAMBERS, "wall with a heat capacity", parameters)
 }
