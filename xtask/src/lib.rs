@@ -57,7 +57,7 @@ cargo xtask <task>
                           the firmware in QEMU, waiting for a plant that connects
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
                           or made the snapshot
-       [--where]          whose the control task's instructions are
+       [--where]          whose the control task's instructions are, and the tasks' stacks
 
 steps of ci that can be repeated alone:
   lint                    rules of this repository that no compiler knows
