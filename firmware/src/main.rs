@@ -195,7 +195,10 @@ mod app {
         };
         // Where it cannot be erased, storing says so.
         let _erased = slots.prepare();
-        let control_task = place.write(ControlTask::new(start.controller));
+        let control_task = place.write(ControlTask::with_valve(
+            start.controller,
+            Chosen::VALVE_CONVERTER,
+        ));
         (slots, control_task, start.origin)
     }
 
