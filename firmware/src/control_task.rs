@@ -140,7 +140,7 @@ impl ControlTask {
     /// Somebody has seen the fault: back to idle, with an observer that begins
     /// anew; the axis tracks again once that has settled and a sample that is
     /// newer brings a reference. False where there is no fault or its cause
-    /// stays until the board starts anew.
+    /// still stands.
     pub fn acknowledge(&mut self) -> bool {
         let is_left = self.supervisor.acknowledge();
         if is_left {

@@ -23,6 +23,10 @@ pub struct Wire<S> {
 
 /// What came within a time limit.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it lives as long as a match; a box for each frame would cost more"
+)]
 pub enum Heard {
     /// A sound payload.
     Payload(Payload),

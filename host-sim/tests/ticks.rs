@@ -9,6 +9,11 @@ use host_sim::plant::{Plant, PlantSettings};
 use host_sim::rig::Rig;
 use host_sim::settings::controller;
 
+/// The controller's marks, docs/control.md: from 0.3 s after a move, m.
+const AT_REST_M: f64 = 3e-5;
+/// And the largest error of a sine of 60 mm at 1 Hz, m.
+const FAST_SINE_M: f64 = 7e-4;
+
 fn paper(lead_s: f64) -> Rig {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/paper.toml");
     let mut rig = Rig::read(path).expect("it is a rig");
@@ -45,10 +50,23 @@ fn val_the_marks_are_met_at_every_tick_that_a_board_can_have() {
         let course = Course::whole(motion.clone(), tick_s);
         let mut drive = HostController::new(task);
         let run = run(&mut plant, &mut drive, &course).expect("it answers");
-        let fault = run.first_fault().map(|row| (row.truth.time_s, row.command.fault));
+        let fault = run
+            .first_fault()
+            .map(|row| (row.truth.time_s, row.command.fault));
         assert_eq!(fault, None, "{ticks_per_s}");
-        for part in judge(&run, &motion) {
-            println!("{ticks_per_s} {:?}", part);
+        for judged in judge(&run, &motion) {
+            match judged.part.segment {
+                Segment::Hold { .. } => {
+                    assert!(
+                        judged.at_rest_m <= Some(AT_REST_M),
+                        "{ticks_per_s} {judged:?}"
+                    );
+                }
+                Segment::Sine { .. } => {
+                    assert!(judged.worst_m <= FAST_SINE_M, "{ticks_per_s} {judged:?}");
+                }
+                Segment::Move { .. } => {}
+            }
         }
     }
 }

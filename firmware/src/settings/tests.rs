@@ -99,6 +99,25 @@ fn prop_the_controller_is_built_with_the_gains_of_the_settings() {
 }
 
 #[test]
+fn prop_new_settings_end_a_fault_of_settings_and_no_other_that_stands() {
+    use crate::control_task::ControlTask;
+    use crate::fault::Fault;
+    let controller = || random_settings(1).try_build(DT_S).expect("it is possible");
+    for (fault, is_left) in [
+        (Fault::SettingsDamaged, true),
+        (Fault::SettingsImpossible, true),
+        (Fault::ClockFailed, false),
+    ] {
+        let mut task = ControlTask::new(Settings::built_in().try_build(DT_S).expect("as well"));
+        task.recall(fault.at(0));
+        assert!(!task.acknowledge(), "{fault:?} stands");
+        assert_eq!(task.replace_controller(controller()), Ok(()));
+        assert_eq!(task.latched(), Some(fault.at(0)), "somebody has to see it");
+        assert_eq!(task.acknowledge(), is_left, "{fault:?}");
+    }
+}
+
+#[test]
 fn prop_every_number_is_judged_by_its_name() {
     let mut count = 0;
     Settings::built_in().visit(&mut |_| count += 1);

@@ -85,10 +85,7 @@ pub fn status(port: &mut Port) -> Result<Status, OrderError> {
 pub fn acknowledge(port: &mut Port) -> Result<Status, OrderError> {
     let mut now = status(port)?;
     for _ in 0..ATTEMPTS {
-        let is_standing = now
-            .finding
-            .is_some_and(|finding| finding.fault.is_standing());
-        if now.state != State::Fault || is_standing {
+        if now.state != State::Fault {
             break;
         }
         port.send(&link::order(Order::Acknowledge))?;

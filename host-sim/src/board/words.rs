@@ -49,8 +49,8 @@ fn detail(known: &Description, detail: u8) -> String {
 }
 
 fn way_out(fault: Fault) -> &'static str {
-    if fault.is_standing() {
-        "; there is nothing to acknowledge until its cause is gone"
+    if fault.is_standing() && !fault.ends_with_settings() {
+        "; nothing can be acknowledged until the board has started anew"
     } else {
         "; then `pneuma board acknowledge`"
     }
