@@ -57,6 +57,8 @@ const fn signed(key: &'static str, unit: &'static str) -> EffectParameter {
 
 /// A tube narrower than this is none: the law divides by its area.
 const NARROWEST_TUBE_M: f64 = 1e-4;
+/// A needle narrower than this is shut: the law divides by its area.
+const NARROWEST_NEEDLE_M2: f64 = 1e-9;
 /// The law divides by the bristle's stiffness.
 const SOFTEST_BRISTLE_N_M: f64 = 1e-3;
 
@@ -85,6 +87,13 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[parameter("delay_s", "s", 0.0, 0.0)],
     },
     Effect {
+        name: "piston-leakage",
+        parameters: &[
+            parameter("laminar_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
+            parameter("orifice_m2", "m2", 0.0, 0.0),
+        ],
+    },
+    Effect {
         name: "chamber-leakage",
         parameters: &[
             parameter("laminar_a_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0),
@@ -96,12 +105,41 @@ pub const EFFECTS: &[Effect] = &[
         ],
     },
     Effect {
+        name: "supply-droop",
+        parameters: &[
+            parameter("tank_volume_m3", "m3", 0.0, 0.0),
+            parameter("feed_area_m2", "m2", 1e-5, 0.0),
+        ],
+    },
+    Effect {
+        name: "exhaust-back-pressure",
+        parameters: &[
+            parameter("silencer_area_m2", "m2", 0.0, 0.0),
+            parameter("volume_m3", "m3", 2e-5, 0.0),
+        ],
+    },
+    Effect {
         name: "gas-temperature-dynamics",
         parameters: &[
             parameter("memory_a", "1", 0.0, 0.0),
             parameter("memory_b", "1", 0.0, 0.0),
             parameter("conductance_a_W_K", "W/K", 0.0, 0.0),
             parameter("conductance_b_W_K", "W/K", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        name: "variable-heat-transfer",
+        parameters: &[
+            parameter("density_exponent", "1", 0.0, 0.0),
+            parameter("flow_W_m2K", "W/(m2 K)", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        name: "wall-temperature",
+        parameters: &[
+            signed("offset_K", "K"),
+            parameter("heat_capacity_J_K", "J/K", 0.0, 0.0),
+            parameter("outer_W_K", "W/K", 0.0, 0.0),
         ],
     },
     Effect {
@@ -140,8 +178,19 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[signed("force_N", "N")],
     },
     Effect {
+        name: "end-cushion",
+        parameters: &[
+            parameter("length_m", "m", 0.0, 0.0),
+            parameter("needle_area_m2", "m2", 1e-6, NARROWEST_NEEDLE_M2),
+        ],
+    },
+    Effect {
         name: "pressure-sensor-lag",
         parameters: &[parameter("time_constant_s", "s", 0.0, 0.0)],
+    },
+    Effect {
+        name: "pressure-sensor-offset",
+        parameters: &[signed("offset_a_Pa", "Pa"), signed("offset_b_Pa", "Pa")],
     },
     Effect {
         name: "position-time-skew",

@@ -12,7 +12,9 @@ use model_core::chamber::{Chamber, ChamberGeometry, ThermalModel};
 use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
-    ChamberLeakage, FrictionTerms, SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
+    ChamberLeakage, EndCushion, ExhaustBackPressure, FrictionTerms, PistonLeakage, SlewLimit,
+    SpoolDynamics, SupplyDroop, TubeLine, ValveDelay, ValveHysteresis, VariableHeatTransfer,
+    WallTemperature,
 };
 use model_core::paper;
 use model_core::real::Real;
@@ -238,7 +240,21 @@ impl<R: Real> Values<'_, R> {
                 side,
             ),
             wall_temperature_k: self.ambient().temperature_k,
+            wall: self.wall(),
+            heat_variation: VariableHeatTransfer {
+                density_exponent: self.effect("variable-heat-transfer", "density_exponent", 0.0),
+                flow_w_per_m2_k: self.effect("variable-heat-transfer", "flow_W_m2K", 0.0),
+            },
         })
+    }
+
+    /// The wall of either chamber.
+    pub fn wall(&self) -> WallTemperature<R> {
+        WallTemperature {
+            offset_k: self.effect("wall-temperature", "offset_K", 0.0),
+            heat_capacity_j_per_k: self.effect("wall-temperature", "heat_capacity_J_K", 0.0),
+            outer_w_per_k: self.effect("wall-temperature", "outer_W_K", 0.0),
+        }
     }
 
     /// Whether the chamber's gas temperature is a state of its own. In a reduced
@@ -314,6 +330,27 @@ impl<R: Real> Values<'_, R> {
         }
     }
 
+    /// The leak past the piston.
+    pub fn piston_leak(&self) -> PistonLeakage<R> {
+        PistonLeakage {
+            laminar_kg_per_s_pa2: self.effect("piston-leakage", "laminar_kg_s_Pa2", 0.0),
+            orifice_area_m2: self.effect("piston-leakage", "orifice_m2", 0.0),
+        }
+    }
+
+    /// The tank between regulator and valve.
+    pub fn supply_droop(&self) -> SupplyDroop<R> {
+        SupplyDroop {
+            tank_volume_m3: self.effect("supply-droop", "tank_volume_m3", 0.0),
+            feed_area_m2: self.effect("supply-droop", "feed_area_m2", 1e-5),
+        }
+    }
+
+    /// What the sensor of a chamber shows above its pressure, Pa.
+    pub fn pressure_offset_pa(&self, side: Side) -> R {
+        self.side_effect("pressure-sensor-offset", "offset_{}_Pa", side)
+    }
+
     /// Both chambers with leaks and tubes. Where the rig describes one chamber
     /// only, the other is its copy, of which nothing is recorded or reported.
     pub fn pneumatics(&self) -> Option<Pneumatics<R>> {
@@ -325,9 +362,19 @@ impl<R: Real> Values<'_, R> {
             chamber_b: self.chamber(Side::B).or_else(|| self.chamber(Side::A))?,
             leak_a: self.leak(Side::A),
             leak_b: self.leak(Side::B),
+            piston_leak: self.piston_leak(),
             tube: TubeLine {
                 length_m: self.effect("tube-line", "length_m", 0.0),
                 diameter_m: self.effect("tube-line", "diameter_m", 0.004),
+            },
+            supply_droop: self.supply_droop(),
+            back_pressure: ExhaustBackPressure {
+                silencer_area_m2: self.effect("exhaust-back-pressure", "silencer_area_m2", 0.0),
+                volume_m3: self.effect("exhaust-back-pressure", "volume_m3", 2e-5),
+            },
+            cushion: EndCushion {
+                length_m: self.effect("end-cushion", "length_m", 0.0),
+                needle_area_m2: self.effect("end-cushion", "needle_area_m2", 1e-6),
             },
         })
     }

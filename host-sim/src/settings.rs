@@ -25,8 +25,35 @@ use model_core::real::Real;
 /// depend on it.
 const COMPARED_STEP_S: f64 = 1e-3;
 
-/// Effects that belong to a recording, not to the axis, and why.
-const OF_RECORDINGS: &[(&str, &str, &str)] = &[
+/// Why a part of the axis cannot be sent.
+const NO_PLACE: &str = "has no place among the settings of a board";
+
+/// Effects that do not arrive at a board, and why: those of a recording, those of
+/// a sensor, those that the settings hold no number for.
+const NOT_ON_A_BOARD: &[(&str, &str, &str)] = &[
+    ("piston-leakage", "laminar_kg_s_Pa2", NO_PLACE),
+    ("piston-leakage", "orifice_m2", NO_PLACE),
+    ("supply-droop", "tank_volume_m3", NO_PLACE),
+    ("supply-droop", "feed_area_m2", NO_PLACE),
+    ("exhaust-back-pressure", "silencer_area_m2", NO_PLACE),
+    ("exhaust-back-pressure", "volume_m3", NO_PLACE),
+    ("variable-heat-transfer", "density_exponent", NO_PLACE),
+    ("variable-heat-transfer", "flow_W_m2K", NO_PLACE),
+    ("wall-temperature", "offset_K", NO_PLACE),
+    ("wall-temperature", "heat_capacity_J_K", NO_PLACE),
+    ("wall-temperature", "outer_W_K", NO_PLACE),
+    ("end-cushion", "length_m", NO_PLACE),
+    ("end-cushion", "needle_area_m2", NO_PLACE),
+    (
+        "pressure-sensor-offset",
+        "offset_a_Pa",
+        "is the sensor's, and the controller's model has none",
+    ),
+    (
+        "pressure-sensor-offset",
+        "offset_b_Pa",
+        "is the sensor's, and the controller's model has none",
+    ),
     (
         "chamber-leakage",
         "onset_s",
@@ -121,7 +148,7 @@ fn check_rig(rig: &Rig) -> Result<(), AxisFault> {
             "[valve] and [cylinder] in its place",
         );
     }
-    for (effect, parameter, reason) in OF_RECORDINGS {
+    for (effect, parameter, reason) in NOT_ON_A_BOARD {
         let key = format!("effects.{effect}.{parameter}");
         let known = effects::effect(effect).and_then(|effect| effect.parameter(parameter));
         let neutral = known.and_then(|known| known.neutral);
@@ -261,8 +288,8 @@ mod tests {
         Rig::parse(include_str!("../rigs/paper.toml"), "paper.toml").expect("it is a rig")
     }
 
-    fn is_of_recordings(effect: &str, parameter: &str) -> bool {
-        OF_RECORDINGS
+    fn is_not_sent(effect: &str, parameter: &str) -> bool {
+        NOT_ON_A_BOARD
             .iter()
             .any(|(name, key, _)| (*name, *key) == (effect, parameter))
     }
@@ -281,6 +308,8 @@ mod tests {
                 "per_mean_pressure_N_Pa" | "per_pressure_difference_N_Pa" => 1e-5,
                 "bristle_stiffness_N_m" => 3e5,
                 "delay_s" | "time_constant_s" => 2e-3,
+                "tank_volume_m3" | "volume_m3" => 1e-3,
+                "feed_area_m2" | "silencer_area_m2" | "needle_area_m2" => 5e-6,
                 "rising_per_s" | "falling_per_s" => 500.0,
                 _ => 0.8,
             }
@@ -291,7 +320,7 @@ mod tests {
             .iter()
             .flat_map(|effect| effect.parameters.iter().map(|one| (effect.name, one)));
         all.enumerate()
-            .filter(|(_, (name, one))| !is_of_recordings(name, one.key))
+            .filter(|(_, (name, one))| !is_not_sent(name, one.key))
             .map(|(place, (name, one))| (name, one, value_for(one, place)))
             .collect()
     }
@@ -330,7 +359,7 @@ mod tests {
                 match settings(&rig) {
                     Ok(changed) => assert_ne!(changed, plain, "{name}"),
                     Err(error) => {
-                        assert!(is_of_recordings(effect.name, parameter.key), "{error}");
+                        assert!(is_not_sent(effect.name, parameter.key), "{error}");
                         assert!(error.to_string().starts_with(&name), "{error}");
                     }
                 }

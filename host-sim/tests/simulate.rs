@@ -480,6 +480,17 @@ fn regress_a_rig_that_is_no_axis_says_what_it_lacks() {
 fn telling(key: &str) -> f64 {
     match key {
         "length_m" => 2.0,
+        "tank_volume_m3" | "volume_m3" => 1e-3,
+        "feed_area_m2" | "silencer_area_m2" => 5e-6,
+        "needle_area_m2" => 3e-7,
+        "laminar_kg_s_Pa2" => 1e-15,
+        "orifice_m2" => 1e-7,
+        "density_exponent" => 0.7,
+        "flow_W_m2K" => 50.0,
+        "offset_K" => 8.0,
+        "heat_capacity_J_K" => 5.0,
+        "outer_W_K" => 10.0,
+        "offset_a_Pa" | "offset_b_Pa" => 2e3,
         "diameter_m" => 0.003,
         "natural_frequency_Hz" => 40.0,
         "damping_ratio" => 0.4,

@@ -6,15 +6,14 @@
 //! position and command: that cut is what makes a mismatch locatable.
 
 use crate::carriage::{Carriage, CarriageState};
-use crate::chamber::{Chamber, ChamberFlow, ChamberState};
 use crate::friction::FrictionLevels;
-use crate::gas::Gas;
 use crate::left_out::{
-    ChamberLeakage, DelayLine, FrictionTerms, SlewLimit, SpoolDynamics, SpoolState,
-    SpoolTransition, TubeLine, TubeState, ValveDelay, ValveHysteresis,
+    DelayLine, FrictionTerms, SlewLimit, SpoolDynamics, SpoolState, SpoolTransition, ValveDelay,
+    ValveHysteresis,
 };
+pub use crate::pneumatics::{PneumaticState, Pneumatics, ValveDrive};
 use crate::real::Real;
-use crate::valve::{FlowLaw, GasState, PathAreas, Valve};
+use crate::valve::{GasState, Valve};
 
 /// From the command to the spool's position, both in V.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,207 +87,6 @@ impl<R: Real> CommandPath<R> {
     }
 }
 
-/// Both chambers with what lies between them and the valve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pneumatics<R> {
-    /// The gas.
-    pub gas: Gas<R>,
-    /// Flow law of every orifice.
-    pub law: FlowLaw<R>,
-    /// The surroundings.
-    pub ambient: GasState<R>,
-    /// Chamber a, which +x enlarges.
-    pub chamber_a: Chamber<R>,
-    /// Chamber b.
-    pub chamber_b: Chamber<R>,
-    /// Leak of chamber a.
-    pub leak_a: ChamberLeakage<R>,
-    /// Leak of chamber b.
-    pub leak_b: ChamberLeakage<R>,
-    /// Tube between each port and its chamber (two of a kind).
-    pub tube: TubeLine<R>,
-}
-
-/// State of both chambers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PneumaticState<R> {
-    /// Chamber a.
-    pub a: ChamberState<R>,
-    /// Chamber b.
-    pub b: ChamberState<R>,
-    /// Tube to chamber a.
-    pub tube_a: TubeState<R>,
-    /// Tube to chamber b.
-    pub tube_b: TubeState<R>,
-}
-
-impl<R: Real> PneumaticState<R> {
-    /// Gas at rest in tubes and chambers.
-    pub fn at_rest(a: GasState<R>, b: GasState<R>) -> Self {
-        Self {
-            a: ChamberState::new(a.pressure_pa, a.temperature_k),
-            b: ChamberState::new(b.pressure_pa, b.temperature_k),
-            tube_a: TubeState::at_rest(a.pressure_pa),
-            tube_b: TubeState::at_rest(b.pressure_pa),
-        }
-    }
-}
-
-/// The valve as the chambers see it through one step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ValveDrive<R> {
-    /// Areas of the four paths.
-    pub areas: PathAreas<R>,
-    /// The supplied gas.
-    pub supply: GasState<R>,
-}
-
-/// The two paths that end at one port.
-#[derive(Clone, Copy)]
-struct PortPaths<R> {
-    supply_area_m2: R,
-    exhaust_area_m2: R,
-    supply: GasState<R>,
-}
-
-impl<R: Real> Pneumatics<R> {
-    /// One step with the piston moving from `from_m` to `to_m`; without a valve
-    /// the chambers are closed.
-    #[inline]
-    pub fn step(
-        &self,
-        state: &mut PneumaticState<R>,
-        valve: Option<&ValveDrive<R>>,
-        from_m: R,
-        to_m: R,
-        dt_s: R,
-    ) {
-        let paths_a = valve.map(|drive| PortPaths {
-            supply_area_m2: drive.areas.supply_a_m2,
-            exhaust_area_m2: drive.areas.exhaust_a_m2,
-            supply: drive.supply,
-        });
-        let paths_b = valve.map(|drive| PortPaths {
-            supply_area_m2: drive.areas.supply_b_m2,
-            exhaust_area_m2: drive.areas.exhaust_b_m2,
-            supply: drive.supply,
-        });
-        let way = (from_m, to_m);
-        let side_a = (&self.chamber_a, &self.leak_a);
-        let side_b = (&self.chamber_b, &self.leak_b);
-        self.step_side(
-            side_a,
-            (&mut state.a, &mut state.tube_a),
-            paths_a,
-            way,
-            dt_s,
-        );
-        self.step_side(
-            side_b,
-            (&mut state.b, &mut state.tube_b),
-            paths_b,
-            way,
-            dt_s,
-        );
-    }
-
-    fn step_side(
-        &self,
-        (chamber, leak): (&Chamber<R>, &ChamberLeakage<R>),
-        (state, tube): (&mut ChamberState<R>, &mut TubeState<R>),
-        paths: Option<PortPaths<R>>,
-        way_m: (R, R),
-        dt_s: R,
-    ) {
-        let stroke = chamber.stroke(way_m.0, way_m.1);
-        match paths {
-            None => {
-                let flow = |gas| ChamberFlow::NONE.with_leak(self, leak, gas);
-                chamber.step(state, &stroke, flow, dt_s);
-            }
-            Some(paths) if self.tube.is_present() => {
-                let line = self.step_tube(chamber, state, tube, &paths, way_m.1, dt_s);
-                let flow = |gas| line.with_leak(self, leak, gas);
-                chamber.step(state, &stroke, flow, dt_s);
-            }
-            Some(paths) => {
-                let flow = |gas| self.port_flow(&paths, gas).with_leak(self, leak, gas);
-                chamber.step(state, &stroke, flow, dt_s);
-            }
-        }
-    }
-
-    /// Steps the tube and returns the flow from it into the chamber.
-    fn step_tube(
-        &self,
-        chamber: &Chamber<R>,
-        state: &ChamberState<R>,
-        tube: &mut TubeState<R>,
-        paths: &PortPaths<R>,
-        position_m: R,
-        dt_s: R,
-    ) -> ChamberFlow<R> {
-        let wall_k = chamber.wall_temperature_k;
-        let node = GasState {
-            pressure_pa: tube.pressure_pa,
-            temperature_k: wall_k,
-        };
-        let valve = self.port_flow(paths, node);
-        let gas = state.gas_state();
-        let per_kg =
-            self.gas.heat_capacity_ratio * self.gas.gas_constant_j_per_kg_k * gas.temperature_k
-                / chamber.geometry.volume_m3(position_m);
-        self.tube.step(
-            tube,
-            &self.gas,
-            wall_k,
-            (valve.mass_kg_per_s, valve.mass_slope),
-            (gas.pressure_pa, per_kg),
-            dt_s,
-        );
-        ChamberFlow::NONE.with(tube.mass_flow_kg_per_s, R::ZERO, wall_k, gas.temperature_k)
-    }
-
-    /// Flow through the valve's two paths into a volume with this gas.
-    #[inline]
-    fn port_flow(&self, paths: &PortPaths<R>, gas: GasState<R>) -> ChamberFlow<R> {
-        let filling = self.law.flow(paths.supply_area_m2, paths.supply, gas);
-        let emptying = self.law.flow(paths.exhaust_area_m2, gas, self.ambient);
-        ChamberFlow::NONE
-            .with(
-                filling.mass_flow_kg_per_s,
-                filling.slope_2_kg_per_s_pa,
-                paths.supply.temperature_k,
-                gas.temperature_k,
-            )
-            .with(
-                -emptying.mass_flow_kg_per_s,
-                -emptying.slope_1_kg_per_s_pa,
-                self.ambient.temperature_k,
-                gas.temperature_k,
-            )
-    }
-}
-
-impl<R: Real> ChamberFlow<R> {
-    /// Adds a chamber's leak to the surroundings.
-    #[inline]
-    fn with_leak(
-        self,
-        pneumatics: &Pneumatics<R>,
-        leak: &ChamberLeakage<R>,
-        gas: GasState<R>,
-    ) -> Self {
-        let (out, slope) = leak.outflow(&pneumatics.law, gas, pneumatics.ambient);
-        self.with(
-            -out,
-            -slope,
-            pneumatics.ambient.temperature_k,
-            gas.temperature_k,
-        )
-    }
-}
-
 /// The whole axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis<R> {
@@ -326,7 +124,8 @@ pub struct AxisState<R> {
 pub struct AxisInputs<R> {
     /// Valve command, held over the step, V.
     pub command_v: R,
-    /// Supply pressure, Pa absolute.
+    /// Supply pressure, Pa absolute: at the valve, or at the regulator where the
+    /// axis has a tank behind it.
     pub supply_pressure_pa: R,
 }
 
@@ -385,8 +184,13 @@ impl<R: Real> Axis<R> {
             },
         };
         let to_m = state.carriage.position_m.value;
-        self.pneumatics
-            .step(&mut state.pneumatics, Some(&drive), from_m, to_m, self.dt_s);
+        self.pneumatics.step_behind_regulator(
+            &mut state.pneumatics,
+            &drive,
+            from_m,
+            to_m,
+            self.dt_s,
+        );
     }
 
     /// The carriage alone, under given pressures.

@@ -28,10 +28,12 @@
 //!   a bench engineer fits to a closed gas spring; p' = n (R T m' - p V')/V with a
 //!   flow, isothermal for n = 1.
 //!
-//! Neglected: a temperature that varies within the chamber, warming of the wall
-//! ([`crate::left_out`]).
+//! Neglected: a temperature that varies within the chamber. A wall that is not at
+//! the temperature of the surroundings, or warms, and a heat transfer that follows
+//! density and flow are [`crate::left_out`], neutral by default.
 
 use crate::gas::Gas;
+use crate::left_out::{VariableHeatTransfer, WallTemperature};
 use crate::math::Compensated;
 use crate::real::Real;
 use crate::valve::GasState;
@@ -80,7 +82,9 @@ impl<R: Real> ChamberGeometry<R> {
         self.area_m2 + self.area_m2 + R::from_f64(core::f64::consts::PI) * self.bore_m * length_m
     }
 
-    fn length_m(&self, position_m: R) -> R {
+    /// l(x): what is left to the end at which the chamber is smallest, m.
+    #[inline]
+    pub fn length_m(&self, position_m: R) -> R {
         self.length_at_zero_m + self.length_per_position * position_m
     }
 }
@@ -125,8 +129,12 @@ pub struct Chamber<R> {
     /// Heat conductance to the wall beside h S(x), W/K: ports, end volumes and
     /// whatever surface the plain cylinder does not count.
     pub wall_conductance_w_per_k: R,
-    /// Wall temperature, K.
+    /// Wall temperature, K, without what `wall` adds to it.
     pub wall_temperature_k: R,
+    /// How the wall departs from that.
+    pub wall: WallTemperature<R>,
+    /// How h departs from the declared two values.
+    pub heat_variation: VariableHeatTransfer<R>,
 }
 
 /// Pressure and temperature of a chamber.
@@ -136,6 +144,8 @@ pub struct ChamberState<R> {
     pub pressure_pa: Compensated<R>,
     /// Temperature, K.
     pub temperature_k: Compensated<R>,
+    /// What the wall has gained since the start, K.
+    pub wall_rise_k: Compensated<R>,
 }
 
 impl<R: Real> ChamberState<R> {
@@ -144,6 +154,7 @@ impl<R: Real> ChamberState<R> {
         Self {
             pressure_pa: Compensated::new(pressure_pa),
             temperature_k: Compensated::new(temperature_k),
+            wall_rise_k: Compensated::new(R::ZERO),
         }
     }
 
@@ -208,10 +219,35 @@ pub struct Stroke<R> {
     surface_m2: R,
 }
 
+/// What was exchanged over a step: where the flow was asked for, and how to read
+/// any share of it (flow there, plus its slope times `beyond_pa`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exchange<R> {
+    /// Mean net mass flow into the chamber, kg/s.
+    pub mass_kg_per_s: R,
+    /// The gas as the flow saw it in the predicted middle of the step.
+    pub middle: GasState<R>,
+    /// The effective pressure of the step less that of `middle`, Pa.
+    pub beyond_pa: R,
+}
+
 /// Change of the states over a (part of a) step.
 struct Change<R> {
     pressure_pa: R,
     temperature_k: R,
+    mean_flow_kg_per_s: R,
+    beyond_pa: R,
+    heat_w: R,
+}
+
+/// What acts on the gas over a (part of a) step.
+struct Action<'a, R> {
+    stroke: &'a Stroke<R>,
+    flow: &'a ChamberFlow<R>,
+    wall_rise_k: R,
+    dt_s: R,
+    /// Weight of the end of the step in the flow's pressure.
+    weight: R,
 }
 
 impl<R: Real> Chamber<R> {
@@ -237,49 +273,73 @@ impl<R: Real> Chamber<R> {
         flow: impl Fn(GasState<R>) -> ChamberFlow<R>,
         dt_s: R,
     ) -> R {
+        self.exchange(state, stroke, flow, dt_s).mass_kg_per_s
+    }
+
+    /// The same step, telling what was exchanged.
+    #[inline]
+    pub fn exchange(
+        &self,
+        state: &mut ChamberState<R>,
+        stroke: &Stroke<R>,
+        flow: impl Fn(GasState<R>) -> ChamberFlow<R>,
+        dt_s: R,
+    ) -> Exchange<R> {
         saturate(state);
         let half = R::from_f64(0.5);
         let start = state.gas_state();
+        let wall_rise_k = state.wall_rise_k.value;
         let first_half = Stroke {
             end_m3: (stroke.start_m3 + stroke.end_m3) * half,
             ..*stroke
         };
-        let (change, _) = self.advance(
-            start,
-            start,
-            &first_half,
-            &flow(self.seen(start, R::ZERO)),
-            dt_s * half,
-            R::ONE,
-        );
+        let first = Action {
+            stroke: &first_half,
+            flow: &flow(self.seen(start, R::ZERO)),
+            wall_rise_k,
+            dt_s: dt_s * half,
+            weight: R::ONE,
+        };
+        let change = self.advance(start, start, &first);
         let middle = saturated(GasState {
             pressure_pa: start.pressure_pa + change.pressure_pa,
             temperature_k: start.temperature_k + change.temperature_k,
         });
-        let middle_flow = flow(self.seen(middle, R::ZERO));
-        let weight = self.implicit_weight(stroke, &middle_flow, dt_s);
-        let (change, mean_flow) = self.advance(start, middle, stroke, &middle_flow, dt_s, weight);
+        let seen = self.seen(middle, R::ZERO);
+        let middle_flow = flow(seen);
+        let whole = Action {
+            stroke,
+            flow: &middle_flow,
+            wall_rise_k,
+            dt_s,
+            weight: self.implicit_weight(stroke, &middle_flow, dt_s),
+        };
+        let change = self.advance(start, middle, &whole);
         state.pressure_pa.add(change.pressure_pa);
         state.temperature_k.add(change.temperature_k);
+        self.wall.step(&mut state.wall_rise_k, change.heat_w, dt_s);
         saturate(state);
-        mean_flow
+        Exchange {
+            mass_kg_per_s: change.mean_flow_kg_per_s,
+            middle: seen,
+            beyond_pa: change.beyond_pa,
+        }
     }
 
-    /// The change over `dt_s` from `start`, with flow and heat as at `at`.
-    fn advance(
-        &self,
-        start: GasState<R>,
-        at: GasState<R>,
-        stroke: &Stroke<R>,
-        flow: &ChamberFlow<R>,
-        dt_s: R,
-        weight: R,
-    ) -> (Change<R>, R) {
+    /// The change from `start`, with flow and heat as at `at`.
+    fn advance(&self, start: GasState<R>, at: GasState<R>, action: &Action<'_, R>) -> Change<R> {
+        let Action {
+            stroke,
+            flow,
+            dt_s,
+            weight,
+            ..
+        } = *action;
         let gamma = self.gas.heat_capacity_ratio;
         let minus = gamma - R::ONE;
         let constant = self.gas.gas_constant_j_per_kg_k;
         let grown = stroke.end_m3 - stroke.start_m3;
-        let heat_w = self.heat_w(at, stroke.surface_m2, flow.mass_kg_per_s);
+        let heat_w = self.heat_w(at, action);
         let work_index = self.work_index();
         // (gamma-1) H' = gamma R sum(m T), linear in the pressure about `at`; a
         // polytropic process holds its heat in the index here as well.
@@ -292,7 +352,8 @@ impl<R: Real> Chamber<R> {
             - weight * enthalpy * flow.mass_temperature_slope;
         let stiffness = stiffness.max(stroke.end_m3 * R::from_f64(LEAST_EFFECTIVE_SHARE));
         let pressure_pa = (source - work_index * start.pressure_pa * grown) / stiffness;
-        let mean_flow = flow.mass_kg_per_s + flow.mass_slope * (apart + weight * pressure_pa);
+        let beyond_pa = apart + weight * pressure_pa;
+        let mean_flow = flow.mass_kg_per_s + flow.mass_slope * beyond_pa;
         let mass_kg = start.pressure_pa * stroke.start_m3 / (constant * start.temperature_k);
         // T+ = p+ V+ / (R m+), written in increments: exactly nought at rest.
         let rise = pressure_pa / start.pressure_pa;
@@ -300,13 +361,13 @@ impl<R: Real> Chamber<R> {
         let fill = dt_s * mean_flow / mass_kg;
         let temperature_k =
             start.temperature_k * (rise + growth + rise * growth - fill) / (R::ONE + fill);
-        (
-            Change {
-                pressure_pa,
-                temperature_k,
-            },
-            mean_flow,
-        )
+        Change {
+            pressure_pa,
+            temperature_k,
+            mean_flow_kg_per_s: mean_flow,
+            beyond_pa,
+            heat_w,
+        }
     }
 
     /// Weight of the end of the step in the flow's pressure: 1/2 (second order)
@@ -325,8 +386,9 @@ impl<R: Real> Chamber<R> {
     }
 
     /// (5), W, with the temperature that the thermal model sees.
-    fn heat_w(&self, at: GasState<R>, surface_m2: R, net_flow_kg_per_s: R) -> R {
-        let coefficient = if net_flow_kg_per_s >= R::ZERO {
+    fn heat_w(&self, at: GasState<R>, action: &Action<'_, R>) -> R {
+        let net_flow_kg_per_s = action.flow.mass_kg_per_s;
+        let declared = if net_flow_kg_per_s >= R::ZERO {
             self.heat_transfer_charging_w_per_m2_k
         } else {
             self.heat_transfer_discharging_w_per_m2_k
@@ -337,8 +399,18 @@ impl<R: Real> Chamber<R> {
             _ => R::ONE,
         };
         let seen = self.seen(at, net_flow_kg_per_s);
-        let conductance = coefficient * surface_m2 + self.wall_conductance_w_per_k;
-        share * conductance * (self.wall_temperature_k - seen.temperature_k)
+        let coefficient =
+            self.heat_variation
+                .coefficient(declared, &self.gas, seen, net_flow_kg_per_s);
+        let conductance = coefficient * action.stroke.surface_m2 + self.wall_conductance_w_per_k;
+        let conductance = self.wall.softened(conductance, action.dt_s);
+        share * conductance * (self.wall_k() + action.wall_rise_k - seen.temperature_k)
+    }
+
+    /// The wall's temperature at the start, K.
+    #[inline]
+    fn wall_k(&self) -> R {
+        self.wall_temperature_k + self.wall.offset_k
     }
 
     /// The gas state with the temperature that flow and heat see: the state's
@@ -359,8 +431,7 @@ impl<R: Real> Chamber<R> {
             expansion_index
         };
         let exponent = (index - R::ONE) / index;
-        let reduced =
-            self.wall_temperature_k * (at.pressure_pa / reference_pressure_pa).powf(exponent);
+        let reduced = self.wall_k() * (at.pressure_pa / reference_pressure_pa).powf(exponent);
         GasState {
             temperature_k: reduced + self.temperature_memory * (at.temperature_k - reduced),
             ..at

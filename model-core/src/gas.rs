@@ -4,6 +4,7 @@
 //! 7 bar, 293 K). Humidity changes R by under 1 % and is neglected.
 
 use crate::real::Real;
+use crate::valve::GasState;
 
 /// An ideal gas with constant heat capacities.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +30,12 @@ impl<R: Real> Gas<R> {
             gas_constant_j_per_kg_k,
             flow_coefficient,
         }
+    }
+
+    /// rho = p / (R T), kg/m3.
+    #[inline]
+    pub fn density_kg_per_m3(&self, gas: GasState<R>) -> R {
+        gas.pressure_pa / (self.gas_constant_j_per_kg_k * gas.temperature_k)
     }
 
     /// cp = gamma R / (gamma - 1) in J/(kg K).

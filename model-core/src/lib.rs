@@ -13,6 +13,7 @@
 //! | [`chamber`] | volumes (4), heat (5), full balance (3), reduced model (6), stop method (7) |
 //! | [`friction`] | LuGre (9), (10), (11) |
 //! | [`carriage`] | motion (8) |
+//! | [`pneumatics`] | both chambers with what lies between them and the valve |
 //! | [`axis`] | the sum of them |
 //! | [`observer`] | the axis' laws corrected by the sensors; valve edges and friction learned |
 //! | [`feedforward`] | the inverse flow map: which command makes the force change so fast |
@@ -39,6 +40,7 @@ pub mod left_out;
 pub mod math;
 pub mod observer;
 pub mod paper;
+pub mod pneumatics;
 pub mod real;
 pub mod reference;
 pub mod valve;

@@ -11,7 +11,9 @@ use crate::chamber::{Chamber, ChamberGeometry, ThermalModel};
 use crate::friction::{Bristle, FrictionLevels};
 use crate::gas::Gas;
 use crate::left_out::{
-    ChamberLeakage, FrictionTerms, SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
+    ChamberLeakage, EndCushion, ExhaustBackPressure, FrictionTerms, PistonLeakage, SlewLimit,
+    SpoolDynamics, SupplyDroop, TubeLine, ValveDelay, ValveHysteresis, VariableHeatTransfer,
+    WallTemperature,
 };
 use crate::real::Real;
 use crate::valve::{AreaTable, FlowLaw, GasState, Valve};
@@ -118,7 +120,11 @@ pub fn axis<R: Real>() -> Axis<R> {
             chamber_b: chamber(gas, -R::ONE),
             leak_a: ChamberLeakage::NEUTRAL,
             leak_b: ChamberLeakage::NEUTRAL,
+            piston_leak: PistonLeakage::NEUTRAL,
             tube: TubeLine::neutral(),
+            supply_droop: SupplyDroop::neutral(),
+            back_pressure: ExhaustBackPressure::neutral(),
+            cushion: EndCushion::neutral(),
         },
         carriage: carriage(),
         friction: friction_levels(),
@@ -155,6 +161,8 @@ fn chamber<R: Real>(gas: Gas<R>, length_per_position: R) -> Chamber<R> {
         heat_transfer_discharging_w_per_m2_k: R::from_f64(HEAT_TRANSFER_DISCHARGING_W_PER_M2_K),
         wall_conductance_w_per_k: R::ZERO,
         wall_temperature_k: R::from_f64(AMBIENT_TEMPERATURE_K),
+        wall: WallTemperature::NEUTRAL,
+        heat_variation: VariableHeatTransfer::NEUTRAL,
     }
 }
 

@@ -134,7 +134,7 @@ fn path(delay_s: f32, width: f32, rate_per_s: f32, natural_frequency_hz: f32) ->
 type Switch = (&'static str, fn(&mut Axis<f32>));
 
 /// Every parameter of every left-out effect, at the small end of what a rig has.
-const SWITCHES: [Switch; 19] = [
+const SWITCHES: [Switch; 28] = [
     ("valve delay", |axis| {
         axis.command_path = path(2e-4, 0.0, 0.0, 0.0)
     }),
@@ -159,6 +159,33 @@ const SWITCHES: [Switch; 19] = [
     }),
     ("orifice leak b", |axis| {
         axis.pneumatics.leak_b.orifice_area_m2 = 1e-9
+    }),
+    ("orifice past the piston", |axis| {
+        axis.pneumatics.piston_leak.orifice_area_m2 = 1e-9
+    }),
+    ("gap past the piston", |axis| {
+        axis.pneumatics.piston_leak.laminar_kg_per_s_pa2 = 1e-17
+    }),
+    ("supply droop", |axis| {
+        axis.pneumatics.supply_droop.tank_volume_m3 = 0.02
+    }),
+    ("silencer", |axis| {
+        axis.pneumatics.back_pressure.silencer_area_m2 = 1e-4
+    }),
+    ("end cushion", |axis| {
+        axis.pneumatics.cushion.length_m = 0.25
+    }),
+    ("wall offset", |axis| {
+        axis.pneumatics.chamber_a.wall.offset_k = 0.1
+    }),
+    ("wall capacity", |axis| {
+        axis.pneumatics.chamber_a.wall.heat_capacity_j_per_k = 1e3
+    }),
+    ("heat by density", |axis| {
+        axis.pneumatics.chamber_a.heat_variation.density_exponent = 0.1
+    }),
+    ("heat by flow", |axis| {
+        axis.pneumatics.chamber_a.heat_variation.flow_w_per_m2_k = 1.0
     }),
     ("gas temperature memory a", |axis| {
         axis.pneumatics.chamber_a.temperature_memory = 0.1
@@ -270,7 +297,7 @@ stribeck_velocity_m_s = 5.03e-3
 "#;
 
 /// Effects with values off neutral; the delay off a whole number of steps.
-const EFFECTS: [(&str, f64); 24] = [
+const EFFECTS: [(&str, f64); 37] = [
     ("effects.valve-delay.delay_s", 2.3e-3),
     ("effects.valve-hysteresis.width", 0.05),
     ("effects.spool-dynamics.natural_frequency_Hz", 90.0),
@@ -283,6 +310,20 @@ const EFFECTS: [(&str, f64); 24] = [
     ("effects.chamber-leakage.laminar_b_kg_s_Pa2", 2e-16),
     ("effects.chamber-leakage.orifice_a_m2", 1e-8),
     ("effects.chamber-leakage.orifice_b_m2", 2e-8),
+    ("effects.piston-leakage.laminar_kg_s_Pa2", 2e-16),
+    ("effects.piston-leakage.orifice_m2", 3e-8),
+    ("effects.supply-droop.tank_volume_m3", 2e-3),
+    ("effects.supply-droop.feed_area_m2", 8e-6),
+    ("effects.exhaust-back-pressure.silencer_area_m2", 1.5e-5),
+    ("effects.exhaust-back-pressure.volume_m3", 3e-5),
+    ("effects.variable-heat-transfer.density_exponent", 0.6),
+    ("effects.variable-heat-transfer.flow_W_m2K", 30.0),
+    ("effects.wall-temperature.offset_K", 5.0),
+    ("effects.wall-temperature.heat_capacity_J_K", 20.0),
+    ("effects.wall-temperature.outer_W_K", 3.0),
+    // Long, so that the piston is within it.
+    ("effects.end-cushion.length_m", 0.2703),
+    ("effects.end-cushion.needle_area_m2", 2e-6),
     ("effects.gas-temperature-dynamics.memory_a", 0.3),
     ("effects.gas-temperature-dynamics.memory_b", 0.4),
     ("effects.gas-temperature-dynamics.conductance_a_W_K", 0.2),

@@ -3,7 +3,9 @@
 
 use model_core::axis::{Axis, AxisInputs, AxisState, CommandPath};
 use model_core::chamber::ThermalModel;
-use model_core::left_out::{SlewLimit, SpoolDynamics, ValveDelay, ValveHysteresis};
+use model_core::left_out::{
+    SlewLimit, SpoolDynamics, ValveDelay, ValveHysteresis, VariableHeatTransfer, WallTemperature,
+};
 use model_core::paper;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -48,47 +50,93 @@ fn any_axis() -> impl Strategy<Value = Axis<f32>> {
         0.0_f32..1e-4,
         prop_oneof![Just(0.0_f32), 1e-4_f32..10.0],
     );
-    (chambers, valve, carriage, effects, leaks, 1e-6_f32..0.1).prop_map(
-        |(chambers, valve, carriage, effects, leaks, dt_s)| {
-            let mut axis = paper::axis::<f32>();
-            axis.dt_s = dt_s;
-            let pneumatics = &mut axis.pneumatics;
-            for chamber in [&mut pneumatics.chamber_a, &mut pneumatics.chamber_b] {
-                chamber.thermal = chambers.0;
-                chamber.geometry.dead_volume_m3 = chambers.1;
-                chamber.temperature_memory = chambers.2;
-                chamber.heat_transfer_discharging_w_per_m2_k = chambers.3;
-                chamber.wall_conductance_w_per_k = chambers.4;
-            }
-            pneumatics.law.critical_pressure_ratio = valve.0;
-            pneumatics.law.laminar_pressure_ratio = valve.1;
-            axis.valve.supply.opening_stretch = valve.2;
-            axis.valve.exhaust.area_scale = valve.3;
-            axis.carriage.mass_kg = carriage.0;
-            axis.friction.coulomb_n = carriage.1;
-            axis.friction.static_n = carriage.2;
-            axis.carriage.bristle.stiffness_n_per_m = carriage.3;
-            axis.carriage.bristle.damping_n_s_per_m = carriage.4;
-            pneumatics.leak_a.laminar_kg_per_s_pa2 = leaks.0;
-            pneumatics.leak_b.orifice_area_m2 = leaks.1;
-            pneumatics.tube.length_m = leaks.2;
-            let spool = SpoolDynamics {
-                natural_frequency_hz: effects.2,
-                damping_ratio: effects.4,
-            };
-            axis.command_path = CommandPath::new(
-                ValveDelay { delay_s: effects.0 },
-                ValveHysteresis { width: effects.1 },
-                SlewLimit {
-                    rising_per_s: effects.3,
-                    falling_per_s: 0.0,
-                },
-                &spool,
-                dt_s,
-            );
-            axis
-        },
+    let nodes = (
+        prop_oneof![Just(0.0_f32), 1e-12_f32..1e3],
+        0.0_f32..1.0,
+        prop_oneof![Just(0.0_f32), 1e-12_f32..1.0],
+        0.0_f32..1.0,
+    );
+    let piston_and_cushion = (
+        0.0_f32..1e-12,
+        0.0_f32..1e-2,
+        prop_oneof![Just(0.0_f32), 0.0_f32..1.0],
+        0.0_f32..1e-2,
+    );
+    let wall = (
+        -1e3_f32..1e3,
+        prop_oneof![Just(0.0_f32), 1e-9_f32..1e6],
+        0.0_f32..1e6,
+        0.0_f32..3.0,
+        0.0_f32..1e4,
+    );
+    let added = (nodes, piston_and_cushion, wall);
+    (
+        chambers,
+        valve,
+        carriage,
+        effects,
+        leaks,
+        added,
+        1e-6_f32..0.1,
     )
+        .prop_map(
+            |(chambers, valve, carriage, effects, leaks, (nodes, piston, wall), dt_s)| {
+                let mut axis = paper::axis::<f32>();
+                axis.dt_s = dt_s;
+                let pneumatics = &mut axis.pneumatics;
+                for chamber in [&mut pneumatics.chamber_a, &mut pneumatics.chamber_b] {
+                    chamber.thermal = chambers.0;
+                    chamber.geometry.dead_volume_m3 = chambers.1;
+                    chamber.temperature_memory = chambers.2;
+                    chamber.heat_transfer_discharging_w_per_m2_k = chambers.3;
+                    chamber.wall_conductance_w_per_k = chambers.4;
+                    chamber.wall = WallTemperature {
+                        offset_k: wall.0,
+                        heat_capacity_j_per_k: wall.1,
+                        outer_w_per_k: wall.2,
+                    };
+                    chamber.heat_variation = VariableHeatTransfer {
+                        density_exponent: wall.3,
+                        flow_w_per_m2_k: wall.4,
+                    };
+                }
+                pneumatics.law.critical_pressure_ratio = valve.0;
+                pneumatics.law.laminar_pressure_ratio = valve.1;
+                axis.valve.supply.opening_stretch = valve.2;
+                axis.valve.exhaust.area_scale = valve.3;
+                axis.carriage.mass_kg = carriage.0;
+                axis.friction.coulomb_n = carriage.1;
+                axis.friction.static_n = carriage.2;
+                axis.carriage.bristle.stiffness_n_per_m = carriage.3;
+                axis.carriage.bristle.damping_n_s_per_m = carriage.4;
+                pneumatics.leak_a.laminar_kg_per_s_pa2 = leaks.0;
+                pneumatics.leak_b.orifice_area_m2 = leaks.1;
+                pneumatics.tube.length_m = leaks.2;
+                pneumatics.supply_droop.tank_volume_m3 = nodes.0;
+                pneumatics.supply_droop.feed_area_m2 = nodes.1;
+                pneumatics.back_pressure.silencer_area_m2 = nodes.2;
+                pneumatics.back_pressure.volume_m3 = nodes.3;
+                pneumatics.piston_leak.laminar_kg_per_s_pa2 = piston.0;
+                pneumatics.piston_leak.orifice_area_m2 = piston.1;
+                pneumatics.cushion.length_m = piston.2;
+                pneumatics.cushion.needle_area_m2 = piston.3;
+                let spool = SpoolDynamics {
+                    natural_frequency_hz: effects.2,
+                    damping_ratio: effects.4,
+                };
+                axis.command_path = CommandPath::new(
+                    ValveDelay { delay_s: effects.0 },
+                    ValveHysteresis { width: effects.1 },
+                    SlewLimit {
+                        rising_per_s: effects.3,
+                        falling_per_s: 0.0,
+                    },
+                    &spool,
+                    dt_s,
+                );
+                axis
+            },
+        )
 }
 
 fn finite_in_finite_out(

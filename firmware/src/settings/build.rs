@@ -9,7 +9,9 @@ use model_core::controller::Controller;
 use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
-    ChamberLeakage, FrictionTerms, SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
+    ChamberLeakage, EndCushion, ExhaustBackPressure, FrictionTerms, PistonLeakage, SlewLimit,
+    SpoolDynamics, SupplyDroop, TubeLine, ValveDelay, ValveHysteresis, VariableHeatTransfer,
+    WallTemperature,
 };
 use model_core::valve::{AreaTable, FlowLaw, GasState, TABLE_CAPACITY, Valve};
 
@@ -116,10 +118,14 @@ impl Settings {
             chamber_b: self.chamber(&self.chamber_b, -1.0),
             leak_a: leak(&self.chamber_a),
             leak_b: leak(&self.chamber_b),
+            piston_leak: PistonLeakage::NEUTRAL,
             tube: TubeLine {
                 length_m: self.tube.length_m,
                 diameter_m: self.tube.diameter_m,
             },
+            supply_droop: SupplyDroop::neutral(),
+            back_pressure: ExhaustBackPressure::neutral(),
+            cushion: EndCushion::neutral(),
         }
     }
 
@@ -140,6 +146,8 @@ impl Settings {
             heat_transfer_discharging_w_per_m2_k: shared.heat_transfer_discharging_w_per_m2_k,
             wall_conductance_w_per_k: chamber.wall_conductance_w_per_k,
             wall_temperature_k: self.ambient.temperature_k,
+            wall: WallTemperature::NEUTRAL,
+            heat_variation: VariableHeatTransfer::NEUTRAL,
         }
     }
 

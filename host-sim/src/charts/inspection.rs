@@ -110,10 +110,7 @@ fn section_of(section: &mut Section, rig: &Rig, recording: &Recording, inspectio
 
 /// All signals, the faults shaded in the panel that they concern, gaps in all.
 fn signals(rig: &Rig, recording: &Recording, inspection: &Inspection) -> ChartStack {
-    let track = Track {
-        recording,
-        motion: None,
-    };
+    let track = Track::still(recording);
     let many = recording.signals.len() > 4;
     let detail = if many { CLOSED_DETAIL } else { OPEN_DETAIL };
     let mut stack = ChartStack::new("");

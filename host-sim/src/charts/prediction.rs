@@ -102,7 +102,7 @@ pub(super) fn line(name: &str, role: Role, time_s: &[f64], values: &[f64], unit:
 fn input_panels(law: Law, rig: &Rig, track: &Track<'_>) -> Vec<Chart> {
     let signals: &[&str] = match law {
         Law::Chambers => &["u", "x", "p_s"],
-        Law::Carriage => &["p_a", "p_b"],
+        Law::Carriage | Law::Balance => &["p_a", "p_b"],
         Law::Force => &["x", "p_a", "p_b"],
         Law::Actuator => &["u"],
     };

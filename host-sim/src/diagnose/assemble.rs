@@ -260,20 +260,17 @@ fn implied(law: &LawDiagnosis, index: usize, place: &str) -> Located {
     }
 }
 
-/// Energy above the noise that is left of the baseline's, worst output.
+/// Part of the baseline's energy above the noise that the effects explain, each
+/// output counted in its own noise.
 fn explained(law: &LawDiagnosis) -> f64 {
-    let outputs = law
-        .baseline
-        .mean_square
-        .iter()
-        .zip(&law.improved.mean_square);
-    outputs
-        .zip(&law.noise)
-        .map(|((before, after), noise)| {
-            let above = |square: f64| (square - noise.powi(2)).max(0.0);
-            1.0 - above(*after) / above(*before).max(f64::MIN_POSITIVE)
-        })
-        .fold(1.0, f64::min)
+    let above = |squares: &[f64]| -> f64 {
+        let outputs = squares.iter().zip(&law.noise);
+        outputs
+            .map(|(square, noise)| (square / noise.powi(2) - 1.0).max(0.0))
+            .sum()
+    };
+    let missed = above(&law.baseline.mean_square).max(f64::MIN_POSITIVE);
+    1.0 - above(&law.improved.mean_square) / missed
 }
 
 /// A law whose misfit is material and unexplained: the missing term as a table
@@ -393,7 +390,7 @@ fn noise_floor(
 ) -> FitFigures {
     let mut figures = FitFigures::default();
     for law in laws {
-        for (output, &noise) in law.law.outputs(rig).iter().zip(&law.noise) {
+        for (output, &noise) in law.law.outputs(rig).iter().zip(&law.floor) {
             let name = output.signal.to_owned();
             if let Some(by) = spread(train, output.signal) {
                 figures.train.insert(name.clone(), noise / by);

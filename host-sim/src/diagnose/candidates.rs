@@ -152,7 +152,7 @@ fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
             "cylinder" => !key.contains("stroke") && !key.contains("bore"),
             _ => false,
         },
-        Law::Force | Law::Carriage => {
+        Law::Force | Law::Carriage | Law::Balance => {
             matches!(section, "carriage" | "friction") || key.starts_with("cylinder.area")
         }
         Law::Actuator => section == "actuator",
@@ -163,7 +163,7 @@ fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
 pub fn candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit: f64) -> Vec<Candidate> {
     match law {
         Law::Chambers => chamber_candidates(rig, tracks),
-        Law::Force | Law::Carriage => friction_candidates(law, rig, tracks, misfit),
+        Law::Force | Law::Carriage | Law::Balance => friction_candidates(law, rig, tracks, misfit),
         Law::Actuator => actuator_candidates(tracks),
     }
 }
@@ -381,7 +381,7 @@ fn pressure_sensor_lag(sides: &[Side], tracks: &[Track<'_>]) -> Candidate {
 fn valve_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
     let row = row_s(tracks);
     vec![
-        Candidate::new("tube-line", &["valve-flow"]).free("length_m", (0.0, 10.0), &[0.5, 2.0]),
+        Candidate::new("tube-line", &["valve-flow"]).free("length_m", (0.0, 10.0), &[0.5, 2.0]).free("diameter_m", (0.002, 0.012), &[0.004]),
         Candidate::new("valve-delay", &["valve-command"]).free(
             "delay_s",
             (0.0, 50.0 * row),
@@ -390,7 +390,7 @@ fn valve_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
         Candidate::new("spool-dynamics", &["valve-command"])
             .free(
                 "natural_frequency_Hz",
-                (3.0, 0.2 / row),
+                (3.0, 1.0 / row),
                 &[0.08 / row, 0.03 / row],
             )
             .free("damping_ratio", (0.3, 2.0), &[0.7]),

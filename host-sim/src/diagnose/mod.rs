@@ -16,7 +16,7 @@ pub mod candidates;
 pub mod fitted;
 pub mod knowability;
 pub mod locate;
-mod noise;
+pub mod noise;
 mod phrase;
 pub mod proof;
 pub mod search;
@@ -67,8 +67,10 @@ pub struct LawDiagnosis {
     pub law: Law,
     /// What was tried.
     pub candidates: Vec<Candidate>,
-    /// Noise of each output, SI.
+    /// Noise of each output that the search works on, SI.
     pub noise: Vec<f64>,
+    /// Noise of each output that is shown, SI.
+    pub floor: Vec<f64>,
     /// The refitted baseline.
     pub baseline: Fitted,
     /// With the accepted effects.
@@ -180,11 +182,17 @@ fn diagnose_law(
         .map(|recording| recording.thinned(stride))
         .collect();
     let thin_tracks: Vec<Track<'_>> = thinned.iter().map(Track::new).collect();
-    let mut bench = Bench::new(law, rig, &thin_tracks);
+    let searched = law.searched_by();
+    let mut bench = Bench::new(searched, rig, &thin_tracks);
     let baseline = search::baseline(&bench)?;
     bench.noise = noise::floor(&bench, &baseline);
-    bench.candidates = candidates(law, rig, &thin_tracks, baseline.mean_square[0].sqrt());
-    let screened = knowability::screen(law, &thin_tracks, &mut bench.candidates);
+    bench.candidates = candidates(
+        searched,
+        rig,
+        &thin_tracks,
+        baseline.mean_square[0].sqrt(),
+    );
+    let screened = knowability::screen(searched, &thin_tracks, &mut bench.candidates);
     let outcome = if worth_a_search(&bench, &baseline) {
         search::search(&bench, &baseline, &|stage| {
             progress(&format!("{title}: {stage}"))
@@ -194,7 +202,7 @@ fn diagnose_law(
     };
     progress(&format!("{title}: final fits"));
     let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
-    let mut full = Bench::new(law, rig, &tracks);
+    let mut full = Bench::new(searched, rig, &tracks);
     full.candidates.clone_from(&bench.candidates);
     full.noise.clone_from(&bench.noise);
     let baseline = full.fit(&[], Some(&outcome.baseline))?;
@@ -205,10 +213,13 @@ fn diagnose_law(
         Frozen::new(&full, &improved.set, &improved.shared_values()),
     ];
     let masked = masked(&bench, &outcome.improved);
-    let misfits = locate::locate(law, rig, &tracks, &full.residuals_of(&baseline));
-    let above_noise =
-        |pair: &(Located, &f64)| pair.0.rms.powi(2) / pair.1.powi(2) - 1.0 > WORTH_A_SEARCH;
-    let located = misfits.into_iter().zip(&full.noise).filter(above_noise);
+    let shown = shown(&full, law, &baseline);
+    let misfits = locate::locate(law, rig, &tracks, &shown.residuals);
+    let missed = worth_a_search(&full, &baseline);
+    let above_noise = |pair: &(Located, &f64)| {
+        missed && pair.0.rms.powi(2) / pair.1.powi(2) - 1.0 > WORTH_A_SEARCH
+    };
+    let located = misfits.into_iter().zip(&shown.noise).filter(above_noise);
     Some(LawDiagnosis {
         law,
         located: located.map(|(located, _)| located).collect(),
@@ -217,6 +228,7 @@ fn diagnose_law(
         held_out: Vec::new(),
         frozen,
         noise: full.noise.clone(),
+        floor: shown.noise,
         candidates: full.candidates.clone(),
         baseline,
         improved,
@@ -226,6 +238,29 @@ fn diagnose_law(
         fits: outcome.fits,
         seconds: bench.seconds() + full.seconds(),
     })
+}
+
+/// What the refitted baseline leaves of the outputs that are shown, and their
+/// noise.
+struct Shown {
+    residuals: Vec<Vec<Vec<f64>>>,
+    noise: Vec<f64>,
+}
+
+/// A law is shown by its own outputs, whatever it was searched by.
+fn shown(searched: &Bench<'_>, law: Law, baseline: &Fitted) -> Shown {
+    if searched.law == law {
+        return Shown {
+            residuals: searched.residuals_of(baseline),
+            noise: searched.noise.clone(),
+        };
+    }
+    let bench = Bench::new(law, searched.rig, searched.tracks);
+    let model = bench.restricted(baseline, &[]);
+    Shown {
+        residuals: bench.residuals_of(&model),
+        noise: noise::floor(&bench, &model),
+    }
 }
 
 /// Whether some output is missed by more than its noise explains.

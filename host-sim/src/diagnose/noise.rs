@@ -23,6 +23,9 @@ const SEED: u64 = 1;
 /// The estimate is an upper bound: a signal that moves within a row (a stem at
 /// 1 Hz) looks like noise to it.
 pub fn of_outputs(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
+    if law == Law::Balance {
+        return crate::laws::balance::OWN_NOISE_N.to_vec();
+    }
     law.outputs(rig)
         .iter()
         .map(|output| {

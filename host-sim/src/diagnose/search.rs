@@ -8,15 +8,17 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::laws::{Track, median_step_s};
+use crate::laws::median_step_s;
 
 use super::fitted::{Bench, Fitted, Set, parallel};
 
 /// Sets kept at each size ...
 const BEAM_WIDTH: usize = 3;
 /// ... and on recordings of more rows than this, where a fit takes seconds.
-const BEAM_WIDTH_LONG: usize = 1;
+const BEAM_WIDTH_LONG: usize = 2;
 const LONG_ROWS: usize = 15_000;
+/// Of the ranked sets on long recordings so many are fitted to the end.
+const FINALISTS: usize = 4;
 /// Largest set tried.
 const LARGEST_SET: usize = 4;
 /// Growing stops when the best set of a size is not better than the best
@@ -66,14 +68,15 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// An effect that need not be tried: what is left is noise.
-    fn needless(candidate: usize) -> Self {
+    /// An effect that is not needed: what is left without it is noise. `gain` is
+    /// what it would bring alone.
+    fn needless(candidate: usize, gain: f64) -> Self {
         Self {
             candidate,
             ratio: 1.0,
             share: 0.0,
             folds_better: (0, 0),
-            gain: 0.0,
+            gain,
             probability: 0.01,
             at_bound: false,
             accepted: false,
@@ -148,7 +151,7 @@ pub fn baseline(bench: &Bench<'_>) -> Option<Fitted> {
 /// Searches the effects of one law.
 pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> Outcome {
     let mut judge = Judge::new(bench, baseline);
-    let singles = judge.fit_children(std::slice::from_ref(baseline));
+    let singles = judge.singles();
     let deepest = grow(&mut judge, singles, progress);
     let start = deepest.unwrap_or_else(|| baseline.clone());
     progress("judging each effect by data left out of the fit");
@@ -221,7 +224,7 @@ fn declined_evidence(judge: &mut Judge<'_>, improved: &Fitted) -> Vec<Evidence> 
     if judge.is_noise(improved) {
         let count = judge.bench.candidates.len();
         let declined = (0..count).filter(|index| !improved.set.contains(index));
-        return declined.map(Evidence::needless).collect();
+        return declined.map(|index| judge.needless(index)).collect();
     }
     let children = judge.fit_children(std::slice::from_ref(improved));
     children
@@ -274,6 +277,8 @@ struct Judge<'a> {
     baseline: &'a Fitted,
     judged: Vec<(Set, Judged)>,
     fitted: Vec<Fitted>,
+    /// Ranked only, not fitted to the end.
+    ranked: Vec<Fitted>,
     fits: usize,
 }
 
@@ -284,6 +289,7 @@ impl<'a> Judge<'a> {
             baseline,
             judged: Vec::new(),
             fitted: vec![baseline.clone()],
+            ranked: Vec::new(),
             fits: 0,
         }
     }
@@ -310,8 +316,7 @@ impl<'a> Judge<'a> {
     fn best(&self, mut models: Vec<Fitted>) -> Vec<Fitted> {
         models.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
         models.dedup_by(|a, b| a.set == b.set);
-        let rows: usize = self.bench.tracks.iter().map(Track::len).sum();
-        models.truncate(if rows > LONG_ROWS {
+        models.truncate(if self.is_long() {
             BEAM_WIDTH_LONG
         } else {
             BEAM_WIDTH
@@ -319,7 +324,23 @@ impl<'a> Judge<'a> {
         models
     }
 
-    /// Every parent with every candidate that it does not have.
+    /// Every candidate alone. Where fits are long they start from the rig as
+    /// given: a refit has bent the ordinary parameters around what is missing.
+    fn singles(&mut self) -> Vec<Fitted> {
+        let parent = if self.is_long() {
+            self.bench.as_given(self.baseline)
+        } else {
+            self.baseline.clone()
+        };
+        self.fit_children(&[parent])
+    }
+
+    fn is_long(&self) -> bool {
+        self.bench.rows() > LONG_ROWS && self.bench.law.is_dear()
+    }
+
+    /// Every parent with every candidate that it does not have. On long
+    /// recordings they are ranked first, and the best ones fitted to the end.
     fn fit_children(&mut self, parents: &[Fitted]) -> Vec<Fitted> {
         let mut jobs: Vec<(Set, &Fitted)> = Vec::new();
         for parent in parents {
@@ -332,11 +353,33 @@ impl<'a> Judge<'a> {
             }
         }
         let bench = self.bench;
-        let fitted = parallel(&jobs, |(set, parent)| bench.fit(set, Some(parent)));
-        let children: Vec<Fitted> = fitted.into_iter().flatten().collect();
-        self.fits += children.len();
+        let children: Vec<Fitted> = if self.is_long() {
+            let ranked = parallel(&jobs, |(set, parent)| bench.ranked(set, parent));
+            let mut ranked: Vec<Fitted> = ranked.into_iter().flatten().collect();
+            ranked.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
+            let rest = ranked.split_off(FINALISTS.min(ranked.len()));
+            let finished = parallel(&ranked, |one| bench.finished(one));
+            self.ranked.extend(rest);
+            finished.into_iter().flatten().collect()
+        } else {
+            let fitted = parallel(&jobs, |(set, parent)| bench.fit(set, Some(parent)));
+            fitted.into_iter().flatten().collect()
+        };
+        self.fits += jobs.len();
         self.fitted.extend(children.iter().cloned());
         children
+    }
+
+    /// A candidate that is not needed beside the accepted ones, with what it
+    /// brings alone to the data it was fitted to.
+    fn needless(&self, candidate: usize) -> Evidence {
+        let alone = |fitted: &&Fitted| fitted.set == [candidate];
+        let fitted = self.fitted.iter().chain(&self.ranked);
+        let gain = fitted
+            .filter(alone)
+            .map(|fitted| self.score(self.baseline) - self.score(fitted))
+            .fold(0.0, f64::max);
+        Evidence::needless(candidate, self.bench.folds.count as f64 * gain)
     }
 
     /// Two forms of one effect at one place are rivals, not partners.
@@ -361,9 +404,14 @@ impl<'a> Judge<'a> {
         self.fit_near(&set, model)
     }
 
-    /// The model with one more.
+    /// The model with one more; where fits are long, only if it has been among
+    /// the best of its size.
     fn with(&mut self, model: &Fitted, candidate: usize) -> Option<Fitted> {
-        self.fit_near(&with(&model.set, candidate), model)
+        let set = with(&model.set, candidate);
+        if self.is_long() && !self.fitted.iter().any(|fitted| fitted.set == set) {
+            return None;
+        }
+        self.fit_near(&set, model)
     }
 
     fn fit_near(&mut self, set: &Set, near: &Fitted) -> Option<Fitted> {

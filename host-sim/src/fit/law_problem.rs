@@ -250,11 +250,11 @@ impl LawProblem<'_> {
 
     /// What was recorded of the outputs.
     pub fn recorded(&self, recording: usize) -> Vec<&[f64]> {
-        let signals = self.tracks[recording].recording;
+        let track = &self.tracks[recording];
         self.law
             .outputs(self.rig)
             .iter()
-            .map(|output| signals.signal(output.signal).unwrap_or(&[]))
+            .map(|output| track.recorded(output))
             .collect()
     }
 
@@ -277,6 +277,9 @@ impl LawProblem<'_> {
                 return;
             }
             for ((output, column), sigma) in outputs.iter().zip(&recorded).zip(self.sigma) {
+                if self.law.leaves_out(output.value) {
+                    continue;
+                }
                 for (&index, derivative) in active.iter().zip(output.gradient) {
                     gradient[index] = derivative / sigma;
                 }
@@ -296,7 +299,8 @@ impl LeastSquares for LawProblem<'_> {
                 5..=8 => self.accumulate_dual::<8>(recording, &active, values, equations),
                 9..=12 => self.accumulate_dual::<12>(recording, &active, values, equations),
                 13..=16 => self.accumulate_dual::<16>(recording, &active, values, equations),
-                17..=24 => self.accumulate_dual::<24>(recording, &active, values, equations),
+                17..=20 => self.accumulate_dual::<20>(recording, &active, values, equations),
+                21..=24 => self.accumulate_dual::<24>(recording, &active, values, equations),
                 25..=MOST_ACTIVE => {
                     self.accumulate_dual::<MOST_ACTIVE>(recording, &active, values, equations);
                 }
@@ -314,6 +318,9 @@ impl LeastSquares for LawProblem<'_> {
                     return;
                 }
                 for ((output, column), sigma) in outputs.iter().zip(&recorded).zip(self.sigma) {
+                    if self.law.leaves_out(*output) {
+                        continue;
+                    }
                     sums.add((output - column[row]) / sigma);
                 }
             };

@@ -1,7 +1,7 @@
 //! A free carriage driven by recorded pressures, predicting its position.
 
 use super::{InitialState, Output, Sink, Track, View};
-use crate::model::Values;
+use crate::model::{Side, Values};
 use crate::recording::Recording;
 use model_core::carriage::CarriageState;
 use model_core::friction::{Bristle, FrictionLevels};
@@ -54,9 +54,12 @@ pub(super) fn predict<R: Real>(
     let (declared, terms) = (values.friction_levels(), values.friction_terms());
     let ambient = carriage.ambient_pressure_pa;
     let drive = |p_a: R, p_b: R| carriage.drive_n(p_a, p_b) - terms.constant_force_n;
+    let offsets = Side::BOTH.map(|side| values.pressure_offset_pa(side));
+    // What the sensors show is their offset too high.
+    let true_pa = |[a, b]: [f64; 2]| (R::from_f64(a) - offsets[0], R::from_f64(b) - offsets[1]);
     let mut state = CarriageState::new(initial[0], initial[1]);
-    let at_start = |p: &[f64]| R::from_f64(p.get(rows.start).copied().unwrap_or(f64::NAN));
-    let (p_a, p_b) = (at_start(a), at_start(b));
+    let at_start = |p: &[f64]| p.get(rows.start).copied().unwrap_or(f64::NAN);
+    let (p_a, p_b) = true_pa([a, b].map(at_start));
     let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
     let drive_n = drive(p_a, p_b);
     state.deflection_m = start_deflection(&carriage.bristle, &levels, initial[1], drive_n);
@@ -67,8 +70,8 @@ pub(super) fn predict<R: Real>(
         let step_s = R::from_f64(dt_s / steps);
         for step in 0..steps as u32 {
             let share = (f64::from(step) + 0.5) / steps;
-            let between = |p: &[f64]| R::from_f64(p[row] + share * (p[row + 1] - p[row]));
-            let (p_a, p_b) = (between(a), between(b));
+            let between = |p: &[f64]| p[row] + share * (p[row + 1] - p[row]);
+            let (p_a, p_b) = true_pa([a, b].map(between));
             let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
             carriage.step(&mut state, &levels, drive(p_a, p_b), step_s);
         }

@@ -5,6 +5,8 @@ use crate::model::{Side, Values};
 use crate::recording::Recording;
 use crate::rig::Rig;
 use model_core::axis::{CommandState, PneumaticState, Pneumatics, ValveDrive};
+use model_core::left_out::TankState;
+use model_core::math::Compensated;
 use model_core::real::Real;
 use model_core::valve::{GasState, Valve};
 use std::ops::Range;
@@ -27,6 +29,13 @@ const INITIAL_TEMPERATURE_SD_K: f64 = 20.0;
 /// error fits best from a start that is a little off.
 const INITIAL_PRESSURE_SHARE: f64 = 5e-3;
 
+/// How far the tank may be from the regulator when a recording begins, as a part
+/// of the regulator's pressure, one standard deviation: a usual droop.
+const INITIAL_DROOP_SHARE: f64 = 0.03;
+/// What the wall may have gained when a recording begins, K, one standard
+/// deviation; the bounds leave it where it is, as the offset says the same.
+const INITIAL_WALL_RISE_SD_K: f64 = 1.0;
+
 /// Sides with a recorded pressure.
 fn sides(rig: &Rig) -> impl Iterator<Item = Side> + '_ {
     Side::BOTH
@@ -44,7 +53,8 @@ pub(super) fn outputs(rig: &Rig) -> Vec<Output> {
         .collect()
 }
 
-/// Pressure and temperature of each recorded chamber.
+/// Pressure and temperature of each recorded chamber; then, where the rig models
+/// them, what its walls have gained and its tank's pressure.
 pub(super) fn initial_states(
     rig: &Rig,
     recording: &Recording,
@@ -59,7 +69,7 @@ pub(super) fn initial_states(
     let ambient_k = values.ambient().temperature_k;
     let pressure = |(output, side): (usize, Side)| {
         let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
-        let guess = view.value(&recording.time_s, signal, row);
+        let guess = view.value(&recording.time_s, signal, row) - values.pressure_offset_pa(side);
         InitialState {
             name: if side == Side::A { "p_a" } else { "p_b" },
             guess,
@@ -79,11 +89,47 @@ pub(super) fn initial_states(
         },
         measured_by: None,
     };
+    let wall_rise = |side: Side| InitialState {
+        name: if side == Side::A { "wall a" } else { "wall b" },
+        guess: 0.0,
+        standard_deviation: INITIAL_WALL_RISE_SD_K,
+        bounds: (0.0, 0.0),
+        measured_by: None,
+    };
+    let walls = sides(rig).filter(|_| values.wall().is_warmed());
     sides(rig)
         .enumerate()
         .map(pressure)
         .chain(sides(rig).map(temperature))
+        .chain(walls.map(wall_rise))
+        .chain(tank_start(&values, recording, row, view))
         .collect()
+}
+
+/// The tank's pressure; a recorded one where there is one.
+fn tank_start(
+    values: &Values<'_, f64>,
+    recording: &Recording,
+    row: usize,
+    view: View,
+) -> Option<InitialState> {
+    if !values.supply_droop().is_present() {
+        return None;
+    }
+    let regulator_pa = values.get("supply.pressure_Pa")?;
+    let recorded = recording.signal("p_s");
+    let seen = recorded.map(|signal| view.value(&recording.time_s, signal, row));
+    let share = match seen {
+        Some(_) => INITIAL_PRESSURE_SHARE,
+        None => INITIAL_DROOP_SHARE,
+    };
+    Some(InitialState {
+        name: "p_s",
+        guess: seen.unwrap_or(regulator_pa),
+        standard_deviation: share * regulator_pa,
+        bounds: (1e3, 1e9),
+        measured_by: None,
+    })
 }
 
 /// What drives the chambers, row by row.
@@ -94,6 +140,8 @@ struct Drive<'a, R> {
     supply_pa: Option<&'a [f64]>,
     declared_supply_pa: R,
     supply_temperature_k: R,
+    /// Whether the valve draws from a modelled tank, which the regulator feeds.
+    has_tank: bool,
     skew_s: R,
 }
 
@@ -108,8 +156,8 @@ impl<R: Real> Drive<'_, R> {
     fn supply(&self, row: usize) -> GasState<R> {
         GasState {
             pressure_pa: match self.supply_pa {
-                Some(pressure) => R::from_f64(pressure[row]),
-                None => self.declared_supply_pa,
+                Some(pressure) if !self.has_tank => R::from_f64(pressure[row]),
+                _ => self.declared_supply_pa,
             },
             temperature_k: self.supply_temperature_k,
         }
@@ -135,15 +183,27 @@ pub(super) fn predict<R: Real>(
         supply_pa: track.signal("p_s"),
         declared_supply_pa: values.get_or("supply.pressure_Pa", 7e5),
         supply_temperature_k: values.ambient().temperature_k,
+        has_tank: pneumatics.supply_droop.is_present(),
         skew_s: values.effect("position-time-skew", "delay_s", 0.0),
     };
     let onset_s = values.effect("chamber-leakage", "onset_s", f64::NEG_INFINITY);
     let leaks = (pneumatics.leak_a, pneumatics.leak_b);
     let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
     let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows)));
-    let mut state = start(&sides, initial);
+    let walls = pneumatics.chamber_a.wall.is_warmed();
+    let layout = Layout::new(&sides, walls, drive.has_tank);
+    let offsets_pa = [0, 1].map(|index| match sides.get(index) {
+        Some(&side) => values.pressure_offset_pa(side),
+        None => R::ZERO,
+    });
+    let mut state = layout.start(initial);
     let mut shown = pressures(&sides, &state);
-    report(&sides, &state, &shown, rows.start, sink);
+    let mut report = |state: &PneumaticState<R>, shown: &[R; 2], row: usize| {
+        let showing = [shown[0] + offsets_pa[0], shown[1] + offsets_pa[1]];
+        let states = layout.states(state, drive.declared_supply_pa);
+        sink.row(row, &showing[..sides.len()], &states[..layout.count()]);
+    };
+    report(&state, &shown, rows.start);
     for row in rows.start..rows.end.saturating_sub(1) {
         let open = share_open(drive.time_s, row, onset_s);
         pneumatics.leak_a = leaks.0.scaled(open);
@@ -154,7 +214,7 @@ pub(super) fn predict<R: Real>(
         advance(&pneumatics, &mut state, valve_now, &drive, row);
         let dt = R::from_f64(track.dt_s(row));
         lag(&mut shown, &pressures(&sides, &state), lag_s, dt);
-        report(&sides, &state, &shown, row + 1, sink);
+        report(&state, &shown, row + 1);
     }
 }
 
@@ -189,7 +249,12 @@ fn advance<R: Real>(
     let mut here = from;
     for step in 1..=steps as u32 {
         let next = from + way * R::from_f64(f64::from(step) / steps);
-        pneumatics.step(state, valve.as_ref(), here, next, step_s);
+        match &valve {
+            Some(regulated) if drive.has_tank => {
+                pneumatics.step_behind_regulator(state, regulated, here, next, step_s);
+            }
+            _ => pneumatics.step(state, valve.as_ref(), here, next, step_s),
+        }
         here = next;
     }
 }
@@ -219,28 +284,86 @@ fn spool_positions<R: Real>(
     positions
 }
 
-fn start<R: Real>(sides: &[Side], initial: &[R]) -> PneumaticState<R> {
-    let gas = |wanted: Side| {
-        let index = sides.iter().position(|&side| side == wanted).unwrap_or(0);
-        GasState {
-            pressure_pa: initial[index],
-            temperature_k: initial[index + sides.len()],
-        }
-    };
-    PneumaticState::at_rest(gas(Side::A), gas(Side::B))
+/// Where each state stands: pressures, temperatures, walls, tank, as in
+/// [`initial_states`].
+struct Layout<'a> {
+    sides: &'a [Side],
+    walls: bool,
+    tank: bool,
 }
 
-fn chamber_states<R: Real>(state: &PneumaticState<R>, side: Side) -> GasState<R> {
-    match side {
-        Side::A => state.a.gas_state(),
-        Side::B => state.b.gas_state(),
+/// Pressure, temperature and wall of both chambers, and the tank.
+const MOST_STATES: usize = 7;
+
+impl<'a> Layout<'a> {
+    fn new(sides: &'a [Side], walls: bool, tank: bool) -> Self {
+        Self { sides, walls, tank }
+    }
+
+    /// Number of states.
+    fn count(&self) -> usize {
+        self.tank_place() + usize::from(self.tank)
+    }
+
+    fn tank_place(&self) -> usize {
+        self.sides.len() * if self.walls { 3 } else { 2 }
+    }
+
+    /// The state at the start. A fit that only tries out a wall or a tank has no
+    /// states for them: the wall begins at its offset, the tank full.
+    fn start<R: Real>(&self, initial: &[R]) -> PneumaticState<R> {
+        let count = self.sides.len();
+        let place = |wanted: Side| self.sides.iter().position(|&side| side == wanted);
+        let gas = |wanted: Side| {
+            let index = place(wanted).unwrap_or(0);
+            GasState {
+                pressure_pa: initial[index],
+                temperature_k: initial[index + count],
+            }
+        };
+        let mut state = PneumaticState::at_rest(gas(Side::A), gas(Side::B));
+        if initial.len() < self.count() {
+            return state;
+        }
+        if self.walls {
+            let rise = |wanted: Side| initial[place(wanted).unwrap_or(0) + 2 * count];
+            state.a.wall_rise_k = Compensated::new(rise(Side::A));
+            state.b.wall_rise_k = Compensated::new(rise(Side::B));
+        }
+        if self.tank {
+            state.tank = TankState::at(initial[self.tank_place()]);
+        }
+        state
+    }
+
+    fn states<R: Real>(&self, state: &PneumaticState<R>, regulator_pa: R) -> [R; MOST_STATES] {
+        let count = self.sides.len();
+        let mut states = [R::ZERO; MOST_STATES];
+        for (index, &side) in self.sides.iter().enumerate() {
+            let chamber = match side {
+                Side::A => &state.a,
+                Side::B => &state.b,
+            };
+            states[index] = chamber.pressure_pa.value;
+            states[index + count] = chamber.temperature_k.value;
+            if self.walls {
+                states[index + 2 * count] = chamber.wall_rise_k.value;
+            }
+        }
+        if self.tank {
+            states[self.tank_place()] = state.tank.pressure_pa(regulator_pa);
+        }
+        states
     }
 }
 
 fn pressures<R: Real>(sides: &[Side], state: &PneumaticState<R>) -> [R; 2] {
     let mut pressures = [R::ZERO; 2];
     for (slot, &side) in pressures.iter_mut().zip(sides) {
-        *slot = chamber_states(state, side).pressure_pa;
+        *slot = match side {
+            Side::A => state.a.pressure_pa.value,
+            Side::B => state.b.pressure_pa.value,
+        };
     }
     pressures
 }
@@ -255,21 +378,4 @@ fn lag<R: Real>(shown: &mut [R; 2], pressures: &[R; 2], lag_s: R, dt_s: R) {
     for (slot, &pressure) in shown.iter_mut().zip(pressures) {
         *slot += share * (pressure - *slot);
     }
-}
-
-fn report<R: Real>(
-    sides: &[Side],
-    state: &PneumaticState<R>,
-    shown: &[R; 2],
-    row: usize,
-    sink: &mut impl Sink<R>,
-) {
-    let count = sides.len();
-    let mut states = [R::ZERO; 4];
-    for (index, &side) in sides.iter().enumerate() {
-        let gas = chamber_states(state, side);
-        states[index] = gas.pressure_pa;
-        states[index + count] = gas.temperature_k;
-    }
-    sink.row(row, &shown[..count], &states[..2 * count]);
 }

@@ -10,7 +10,7 @@
 //! at rest.
 
 use super::{Output, Sink, Track, delayed};
-use crate::model::Values;
+use crate::model::{Side, Values};
 use model_core::friction::FrictionLevels;
 use model_core::real::Real;
 use std::ops::Range;
@@ -35,8 +35,8 @@ pub(super) fn predict<R: Real>(
     let bristle = values.bristle();
     let ambient = carriage.ambient_pressure_pa;
     let skew_s = values.effect("position-time-skew", "delay_s", 0.0);
-    let gauge = |name: &str, row: usize| match track.signal(name) {
-        Some(pressure) => R::from_f64(pressure[row]) - ambient,
+    let gauge = |side: Side, row: usize| match track.signal(side.pressure_signal()) {
+        Some(pressure) => R::from_f64(pressure[row]) - values.pressure_offset_pa(side) - ambient,
         None => R::ZERO,
     };
     let time = &track.recording.time_s;
@@ -44,7 +44,7 @@ pub(super) fn predict<R: Real>(
     let mut deflection = R::ZERO;
     let mut before = read(&motion.position_m, rows.start);
     for row in rows {
-        let (gauge_a, gauge_b) = (gauge("p_a", row), gauge("p_b", row));
+        let (gauge_a, gauge_b) = (gauge(Side::A, row), gauge(Side::B, row));
         let levels = terms.levels(&declared, gauge_a, gauge_b);
         let position = read(&motion.position_m, row);
         let dt_s = R::from_f64(if row > 0 { track.dt_s(row - 1) } else { 1.0 });

@@ -7,6 +7,7 @@
 //! with half of the sensors can still be used.
 
 mod actuator;
+pub mod balance;
 mod carriage;
 mod chambers;
 mod force;
@@ -106,6 +107,8 @@ pub enum Law {
     Carriage,
     /// Stem of a positioner from its command.
     Actuator,
+    /// Forces on a free carriage in weak form: what a carriage is searched by.
+    Balance,
 }
 
 impl Law {
@@ -139,6 +142,7 @@ impl Law {
             Self::Force => "force balance",
             Self::Carriage => "carriage",
             Self::Actuator => "actuator",
+            Self::Balance => "forces on the carriage",
         }
     }
 
@@ -149,6 +153,7 @@ impl Law {
             Self::Force => vec![force::OUTPUT],
             Self::Carriage => vec![carriage::OUTPUT],
             Self::Actuator => vec![actuator::OUTPUT],
+            Self::Balance => balance::OUTPUTS.to_vec(),
         }
     }
 
@@ -162,9 +167,17 @@ impl Law {
     ) -> Vec<InitialState> {
         match self {
             Self::Chambers => chambers::initial_states(rig, recording, row, view),
-            Self::Force => Vec::new(),
+            Self::Force | Self::Balance => Vec::new(),
             Self::Carriage => carriage::initial_states(recording, row, view),
             Self::Actuator => actuator::initial_states(recording, row),
+        }
+    }
+
+    /// The law by which this one is searched and its parameters are estimated.
+    pub fn searched_by(self) -> Self {
+        match self {
+            Self::Carriage => Self::Balance,
+            other => other,
         }
     }
 
@@ -182,7 +195,19 @@ impl Law {
             Self::Force => force::predict(values, track, rows, sink),
             Self::Carriage => carriage::predict(values, track, rows, initial, sink),
             Self::Actuator => actuator::predict(values, track, rows, initial, sink),
+            Self::Balance => balance::predict(values, track, sink),
         }
+    }
+
+    /// Whether an output of this value was left out on purpose. In the other
+    /// laws NaN is a model that failed, which must not pass for a good one.
+    pub fn leaves_out(self, output: f64) -> bool {
+        self == Self::Balance && output.is_nan()
+    }
+
+    /// Whether a fit of it takes seconds on long recordings.
+    pub fn is_dear(self) -> bool {
+        self == Self::Chambers
     }
 
     /// Whether its recordings may be thinned for the search: a closed chamber is
@@ -210,6 +235,8 @@ pub struct Track<'a> {
     pub recording: &'a Recording,
     /// Smoothed position, velocity and acceleration.
     pub motion: Option<Motion>,
+    /// What a balance amounts to at every row.
+    nought: Vec<f64>,
 }
 
 impl<'a> Track<'a> {
@@ -218,7 +245,27 @@ impl<'a> Track<'a> {
         let motion = recording
             .signal("x")
             .map(|position| Motion::from_position(&recording.time_s, position));
-        Self { recording, motion }
+        Self {
+            motion,
+            ..Self::still(recording)
+        }
+    }
+
+    /// The recording alone, its motion not looked at.
+    pub fn still(recording: &'a Recording) -> Self {
+        Self {
+            recording,
+            motion: None,
+            nought: vec![0.0; recording.len()],
+        }
+    }
+
+    /// What an output was recorded as: a signal, or nought for a balance.
+    pub fn recorded(&self, output: &Output) -> &[f64] {
+        if output.signal == balance::SIGNAL {
+            return &self.nought;
+        }
+        self.recording.signal(output.signal).unwrap_or(&[])
     }
 
     /// Number of rows.

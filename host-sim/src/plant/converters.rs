@@ -2,7 +2,7 @@
 //! steps of the converters.
 
 use super::{Sample, values};
-use crate::model::AxisFault;
+use crate::model::{AxisFault, Side};
 use crate::random::Noise;
 use crate::rig::Rig;
 use firmware::codes::{
@@ -138,6 +138,7 @@ pub(super) struct Converters {
     supply_pressure: Converter,
     velocity: Converter,
     lag: PressureLag,
+    offsets_pa: [f64; 2],
     skew: PositionSkew,
 }
 
@@ -151,18 +152,19 @@ impl Converters {
             supply_pressure: converter(&SUPPLY_PRESSURE),
             velocity: converter(&VELOCITY),
             lag: PressureLag::new(rig, tick_s),
+            offsets_pa: Side::BOTH.map(|side| values(rig).pressure_offset_pa(side)),
             skew: PositionSkew::new(rig)?,
         })
     }
 
     /// What the converters say of this instant.
     pub(super) fn codes(&mut self, truth: &Sample) -> AdcCodes {
-        let [pressure_a_pa, pressure_b_pa] =
-            self.lag.shown([truth.pressure_a_pa, truth.pressure_b_pa]);
+        let [lagged_a_pa, lagged_b_pa] = self.lag.shown([truth.pressure_a_pa, truth.pressure_b_pa]);
+        let [offset_a_pa, offset_b_pa] = self.offsets_pa;
         AdcCodes {
             position: self.position.code(self.skew.shown_m(truth)),
-            pressure_a: self.pressure_a.code(pressure_a_pa),
-            pressure_b: self.pressure_b.code(pressure_b_pa),
+            pressure_a: self.pressure_a.code(lagged_a_pa + offset_a_pa),
+            pressure_b: self.pressure_b.code(lagged_b_pa + offset_b_pa),
             supply_pressure: self.supply_pressure.code(truth.supply_pressure_pa),
             velocity: self.velocity.code(truth.velocity_m_s),
         }

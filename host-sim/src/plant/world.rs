@@ -21,7 +21,7 @@ pub struct Sample {
     pub pressure_a_pa: f64,
     /// Pressure of chamber b, Pa absolute.
     pub pressure_b_pa: f64,
-    /// Supply pressure, Pa absolute.
+    /// Supply pressure at the valve, Pa absolute.
     pub supply_pressure_pa: f64,
     /// Position, m.
     pub position_m: f64,
@@ -42,7 +42,7 @@ pub struct World {
     pub axis: Axis<f64>,
     /// Its state.
     pub state: AxisState<f64>,
-    /// Supply pressure, Pa absolute.
+    /// Supply pressure at the regulator, Pa absolute.
     pub supply_pressure_pa: f64,
     leak_onset_s: f64,
     /// The leaks of both chambers once open.
@@ -86,7 +86,7 @@ impl World {
             command_v,
             pressure_a_pa: a.pressure_pa,
             pressure_b_pa: b.pressure_pa,
-            supply_pressure_pa: self.supply_pressure_pa,
+            supply_pressure_pa: pneumatics.tank.pressure_pa(self.supply_pressure_pa),
             position_m: carriage.position_m.value,
             velocity_m_s: carriage.velocity_m_per_s,
             temperature_a_k: a.temperature_k,

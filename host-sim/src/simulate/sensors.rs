@@ -1,10 +1,11 @@
 //! From what happened to what the rig's sensors and logger would have written.
 //!
-//! Per signal: the effects of its sensor (lag of the pressure sensors, time skew
+//! Per signal: the effects of its sensor (lag and offset of the pressure sensors, time skew
 //! of the position), then, with a seed, the declared noise and quantum, then
 //! the way back from SI to the column's unit ([`Table`]).
 
 use super::{Sample, Simulation, values};
+use crate::model::Side;
 use crate::random::Noise;
 use crate::recording::{Output, Table};
 use crate::rig::{RigError, Signal};
@@ -77,13 +78,23 @@ fn sensed(
     match channel.signal {
         "p_a" | "p_b" => {
             let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
-            lagged(exact, lag_s, scenario.sample_s)
+            let offset_pa = values.pressure_offset_pa(side_of(channel.signal));
+            let shown = lagged(exact, lag_s, scenario.sample_s).into_iter();
+            shown.map(|pressure| pressure + offset_pa).collect()
         }
         "x" => {
             let delay_s = values.effect("position-time-skew", "delay_s", 0.0);
             delayed(simulation, exact, delay_s / scenario.sample_s)
         }
         _ => exact,
+    }
+}
+
+fn side_of(pressure_signal: &str) -> Side {
+    if pressure_signal == Side::A.pressure_signal() {
+        Side::A
+    } else {
+        Side::B
     }
 }
 

@@ -6,17 +6,30 @@
 //! parameters, not as code.
 
 mod chamber_leakage;
+mod end_cushion;
+mod exhaust_back_pressure;
 mod friction_terms;
+mod piston_leakage;
 mod slew_limit;
 mod spool_dynamics;
+mod supply_droop;
 mod tube_line;
 mod valve_delay;
 mod valve_hysteresis;
+mod variable_heat_transfer;
+mod volume_node;
+mod wall_temperature;
 
 pub use chamber_leakage::ChamberLeakage;
+pub use end_cushion::EndCushion;
+pub use exhaust_back_pressure::{ExhaustBackPressure, SilencerState};
 pub use friction_terms::FrictionTerms;
+pub use piston_leakage::{Crossing, PistonLeakage};
 pub use slew_limit::SlewLimit;
 pub use spool_dynamics::{SpoolDynamics, SpoolState, SpoolTransition};
+pub use supply_droop::{SupplyDroop, TankState};
 pub use tube_line::{TubeLine, TubeState};
 pub use valve_delay::{DELAY_CAPACITY, DelayLine, ValveDelay};
 pub use valve_hysteresis::ValveHysteresis;
+pub use variable_heat_transfer::{REFERENCE_DENSITY_KG_PER_M3, VariableHeatTransfer};
+pub use wall_temperature::WallTemperature;

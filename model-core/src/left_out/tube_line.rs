@@ -70,7 +70,8 @@ impl<R: Real> TubeLine<R> {
 
     /// One step. `valve` is the flow into the node and its slope by the node's
     /// pressure, at the node's present pressure; `chamber` the
-    /// chamber's pressure and its rise per mass let in (Pa, Pa/kg).
+    /// chamber's pressure and its rise per mass let in (Pa, Pa/kg);
+    /// `end_resistance` what stands between tube and chamber, Pa s/kg.
     pub fn step(
         &self,
         state: &mut TubeState<R>,
@@ -78,6 +79,7 @@ impl<R: Real> TubeLine<R> {
         temperature_k: R,
         valve: (R, R),
         chamber: (R, R),
+        end_resistance: R,
         dt_s: R,
     ) {
         let (chamber_pa, chamber_pa_per_kg) = chamber;
@@ -91,7 +93,7 @@ impl<R: Real> TubeLine<R> {
         let free = state.pressure_pa + dt_s * node_pa_per_kg * valve_flow / softened;
         let drop = dt_s * node_pa_per_kg / softened;
         let inertia = self.length_m / area_m2 / dt_s;
-        let friction = self.friction(state, area_m2, specific);
+        let friction = self.friction(state, area_m2, specific) + end_resistance;
         let flow = (inertia * state.mass_flow_kg_per_s + free - chamber_pa)
             / (inertia + friction + drop + dt_s * chamber_pa_per_kg);
         state.mass_flow_kg_per_s = flow;
@@ -126,7 +128,15 @@ mod tests {
         for (flow, expected) in [(1e-3, 3.7e3), (5e-3, 61e3)] {
             let mut state = TubeState::at_rest(6e5);
             for _ in 0..5000 {
-                tube.step(&mut state, &gas, 293.15, (flow, 0.0), (5.25e5, 0.0), 1e-3);
+                tube.step(
+                    &mut state,
+                    &gas,
+                    293.15,
+                    (flow, 0.0),
+                    (5.25e5, 0.0),
+                    0.0,
+                    1e-3,
+                );
             }
             let drop = state.pressure_pa - 5.25e5;
             assert!((state.mass_flow_kg_per_s - flow).abs() < 1e-8);
@@ -156,6 +166,7 @@ mod tests {
                     293.15,
                     (valve, -1e-9),
                     (chamber, per_kg),
+                    0.0,
                     1e-3,
                 );
                 chamber += per_kg * state.mass_flow_kg_per_s * 1e-3;

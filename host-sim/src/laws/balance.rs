@@ -1,0 +1,359 @@
+//! The force balance of a free carriage in weak form: what the search for a
+//! missing force works on.
+//!
+//! ```text
+//! residual = [ sum phi (gas - friction - load) dt - M sum phi'' x dt ] / sum phi dt
+//! phi(s) = (1 - s^2)^3, |s| < 1
+//! ```
+//!
+//! A position predicted over a window is chaotic in stick and slip and mixes a
+//! starting velocity with every force. The balance tested with a smooth bump
+//! needs no derivative of the position (two partial integrations move it to the
+//! bump), is linear in nearly every parameter, and resolves some hundredths of
+//! a newton from 40 ms of sliding.
+//!
+//! Where the carriage stands, the balance says nothing but that stiction holds;
+//! such windows are left out. What stiction is shows at break-away: the gas force
+//! at which the carriage leaves its place against the static level, one residual
+//! per event.
+
+use super::{Output, Sink, Track};
+use crate::model::Values;
+use model_core::carriage::Carriage;
+use model_core::friction::{Bristle, FrictionLevels};
+use model_core::real::Real;
+
+/// Half width of the bump, s: 40 ms in all resolve the reversal of a hard
+/// stroke, and average the pressures' noise to a fifth.
+const HALF_WIDTH_S: f64 = 0.02;
+/// Slower than this at any row of it, a window may stick, m/s. Well above the
+/// noise of a smoothed velocity (some 0.3 mm/s).
+const CREEPING_M_PER_S: f64 = 3e-3;
+/// Faster than this in all rows, a window only slides, m/s. Below, friction
+/// falls with speed so steeply that the noise of the velocity shows.
+const SLIDING_M_PER_S: f64 = 1.2e-2;
+/// What the sampling of hard strokes at 1 kHz leaves of the balance, N: forces
+/// below that are not looked for while sliding.
+const SLIDING_NOISE_N: f64 = 0.15;
+/// The same while creeping: friction falls by some 2 kN s/m, the velocity is
+/// known to 0.3 mm/s.
+const CREEPING_NOISE_N: f64 = 0.5;
+/// The carriage stands where it stays within this of its place, m: presliding
+/// of metal guides is some 20 to 60 um.
+const STANDING_M: f64 = 1e-4;
+/// ... for at least this long, s.
+const LEAST_REST_S: f64 = 0.03;
+/// The first way after break-away, m: from its parabola over time the instant
+/// of the break-away is found.
+const FIRST_WAY_M: f64 = 1e-3;
+/// How well that instant is found, s.
+const INSTANT_NOISE_S: f64 = 3e-3;
+/// Rows on either side over which the gas force at that instant is averaged.
+const INSTANT_ROWS: usize = 2;
+/// How far off the force at break-away is at a slow rise, N (measured: events of
+/// one kind agree to 0.3 N, those of different kinds to some 2 N). Faster events
+/// are scaled to it.
+const BREAKAWAY_NOISE_N: f64 = 2.0;
+/// A break-away that is off by more than this says no more than that, N: it may
+/// have been none.
+const MOST_TOLD_N: f64 = 12.0;
+/// Slower rises of force than this are taken as this, N/s.
+const LEAST_RATE_N_PER_S: f64 = 20.0;
+/// Events that are worse than this many times that are left out.
+const WORST_EVENT: f64 = 3.0;
+
+/// The name of outputs that should be nought.
+pub const SIGNAL: &str = "balance";
+
+const BALANCE: Output = Output {
+    signal: SIGNAL,
+    place: "force-balance",
+    unit: "N",
+};
+
+/// The outputs: the balance while sliding, while creeping, and at break-away.
+pub(super) const OUTPUTS: [Output; 3] = [BALANCE; 3];
+
+/// The noise of the outputs that the law itself knows of, N.
+pub const OWN_NOISE_N: [f64; 3] = [SLIDING_NOISE_N, CREEPING_NOISE_N, BREAKAWAY_NOISE_N];
+
+/// The instant at which a carriage leaves its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Breakaway {
+    /// The row before which it left.
+    pub row: usize,
+    /// The instant, s.
+    pub at_s: f64,
+    /// +1 or -1.
+    pub direction: f64,
+    /// How long it has stood, s.
+    pub rest_s: f64,
+}
+
+/// The break-aways of a recorded position.
+pub fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
+    let mut events = Vec::new();
+    let Some(&first) = position_m.first() else {
+        return events;
+    };
+    // The place is the mean of where it has stood so far.
+    let (mut place, mut since, mut rows) = (first, 0_usize, 1.0);
+    for (row, &position) in position_m.iter().enumerate() {
+        let away = position - place;
+        if away.abs() <= STANDING_M {
+            rows += 1.0;
+            place += away / rows;
+            continue;
+        }
+        let rest_s = time_s[row] - time_s[since];
+        if rest_s < LEAST_REST_S {
+            (place, since, rows) = (position, row, 1.0);
+            continue;
+        }
+        if let Some(at_s) = instant(&time_s[row..], &position_m[row..], place) {
+            let at_s = at_s.clamp(time_s[since], time_s[row]);
+            events.push(Breakaway {
+                row: time_s.partition_point(|&time| time < at_s),
+                at_s,
+                direction: away.signum(),
+                rest_s,
+            });
+        }
+        (place, since, rows) = (position, row, 1.0);
+    }
+    events
+}
+
+/// The instant at which a way that grows with the square of time began: the
+/// root of the way is a straight line of time. `None` where the carriage does
+/// not get through the first millimetre, or turns back.
+fn instant(time_s: &[f64], position_m: &[f64], place_m: f64) -> Option<f64> {
+    let roots: Vec<(f64, f64)> = time_s
+        .iter()
+        .zip(position_m)
+        .map(|(&time, &position)| (time, (position - place_m).abs()))
+        .take_while(|(_, way)| *way <= FIRST_WAY_M && *way > 0.5 * STANDING_M)
+        .map(|(time, way)| (time, way.sqrt()))
+        .collect();
+    let count = roots.len() as f64;
+    if roots.len() < 3 {
+        return None;
+    }
+    let mean = |pick: fn(&(f64, f64)) -> f64| roots.iter().map(pick).sum::<f64>() / count;
+    let (time, root) = (mean(|r| r.0), mean(|r| r.1));
+    let covariance: f64 = roots.iter().map(|r| (r.0 - time) * (r.1 - root)).sum();
+    let variance: f64 = roots.iter().map(|r| (r.0 - time).powi(2)).sum();
+    let slope = covariance / variance;
+    (slope > 0.0).then(|| time - root / slope)
+}
+
+/// The part of the rise of stiction over sliding friction that a break-away
+/// shows when it is read as [`instant`] reads it: a bristle gives way little by
+/// little, the more so the faster the force rises. Found by doing just that with
+/// the model's own bristle under a force that rises at `rate_n_per_s`.
+fn seen_share<R: Real>(carriage: &Carriage<R>, levels: &FrictionLevels<R>, rate_n_per_s: f64) -> f64 {
+    const STEP_S: f64 = 1e-4;
+    const STEPS_A_ROW: usize = 10;
+    const MOST_ROWS: usize = 400;
+    let bristle = Bristle {
+        stiffness_n_per_m: carriage.bristle.stiffness_n_per_m.value(),
+        damping_n_s_per_m: carriage.bristle.damping_n_s_per_m.value(),
+        stribeck_velocity_m_per_s: carriage.bristle.stribeck_velocity_m_per_s.value(),
+    };
+    let levels = FrictionLevels {
+        coulomb_n: levels.coulomb_n.value(),
+        static_n: levels.static_n.value(),
+        viscous_n_s_per_m: levels.viscous_n_s_per_m.value(),
+    };
+    let rise_n = levels.static_n - levels.coulomb_n;
+    if rise_n <= 0.0 {
+        return 1.0;
+    }
+    let rate = rate_n_per_s.max(LEAST_RATE_N_PER_S);
+    // Begun where even the slowest rise breaks away in time.
+    let start_n = (levels.coulomb_n).max(levels.static_n - 0.3 * rate);
+    let (mut velocity, mut deflection) = (0.0, start_n / bristle.stiffness_n_per_m);
+    let (mut time_s, mut position_m, mut way) = (Vec::new(), Vec::new(), 0.0);
+    for row in 0..MOST_ROWS {
+        time_s.push(row as f64 * STEP_S * STEPS_A_ROW as f64);
+        position_m.push(way);
+        if way > FIRST_WAY_M {
+            break;
+        }
+        for step in 0..STEPS_A_ROW {
+            let at = (row * STEPS_A_ROW + step) as f64 * STEP_S;
+            let out = bristle.step_with_mass(
+                &levels,
+                carriage.mass_kg.value(),
+                velocity,
+                deflection,
+                start_n + rate * at,
+                STEP_S,
+            );
+            (velocity, deflection) = (out.velocity_m_per_s, out.deflection_m);
+            way += STEP_S * velocity;
+        }
+    }
+    let left = position_m.partition_point(|&way| way <= STANDING_M);
+    match instant(&time_s[left..], &position_m[left..], 0.0) {
+        Some(at_s) => (start_n + rate * at_s - levels.coulomb_n) / rise_n,
+        None => 1.0,
+    }
+}
+
+/// Bump and its second derivative, normalised to a mean.
+struct Bump {
+    weights: Vec<f64>,
+    /// One row longer at either end.
+    curvature: Vec<f64>,
+}
+
+impl Bump {
+    fn new(step_s: f64) -> Self {
+        let half = ((HALF_WIDTH_S / step_s).round() as usize).max(3);
+        let ends = half as f64 + 1.0;
+        let at = |row: usize| (row as f64 - half as f64) / ends;
+        let rows = 2 * half + 1;
+        let value = |row: usize| (1.0 - at(row).powi(2)).max(0.0).powi(3);
+        let sum: f64 = (0..rows).map(value).sum();
+        let weights: Vec<f64> = (0..rows).map(|row| value(row) / sum).collect();
+        // Summed by parts exactly: the second difference of the bump. The bump
+        // is nought one row beyond its ends.
+        let weight = |row: isize| {
+            let inside = usize::try_from(row).ok();
+            inside.and_then(|row| weights.get(row)).copied().unwrap_or(0.0)
+        };
+        let second = |row: isize| weight(row + 1) - 2.0 * weight(row) + weight(row - 1);
+        let curvature = (-1..=rows as isize).map(|row| second(row) / step_s.powi(2));
+        Self {
+            curvature: curvature.collect(),
+            weights,
+        }
+    }
+}
+
+/// A residual that grows ever less towards [`MOST_TOLD_N`].
+fn limited<R: Real>(residual: R) -> R {
+    let ratio = residual / R::from_f64(MOST_TOLD_N);
+    residual / (R::ONE + ratio * ratio).sqrt()
+}
+
+/// An output that is not predicted at a row.
+fn skipped<R: Real>() -> R {
+    R::from_f64(f64::NAN)
+}
+
+/// A balance that came out as NaN is no balance that was left out.
+fn or_infinite<R: Real>(residual: R) -> R {
+    if residual.value().is_nan() {
+        R::from_f64(f64::INFINITY)
+    } else {
+        residual
+    }
+}
+
+pub(super) fn predict<R: Real>(
+    values: &Values<'_, R>,
+    track: &Track<'_>,
+    sink: &mut impl Sink<R>,
+) {
+    let (Some(motion), Some(a), Some(b)) =
+        (track.motion.as_ref(), track.signal("p_a"), track.signal("p_b"))
+    else {
+        return;
+    };
+    let Some(position) = track.signal("x") else {
+        return;
+    };
+    let carriage = values.carriage();
+    let (declared, terms) = (values.friction_levels(), values.friction_terms());
+    let bristle = values.bristle();
+    let ambient = carriage.ambient_pressure_pa;
+    let time = &track.recording.time_s;
+    let bump = Bump::new(super::motion::median_step_s(time));
+    let mut gas: Vec<R> = Vec::with_capacity(track.len());
+    let mut force: Vec<R> = Vec::with_capacity(track.len());
+    let mut deflection = R::ZERO;
+    let levels_at = |row: usize| {
+        let gauge = |p: &[f64]| R::from_f64(p[row]) - ambient;
+        terms.levels(&declared, gauge(a), gauge(b))
+    };
+    for row in 0..track.len() {
+        let levels = levels_at(row);
+        let drive = carriage.drive_n(R::from_f64(a[row]), R::from_f64(b[row]));
+        gas.push(drive - terms.constant_force_n);
+        let dry = FrictionLevels {
+            viscous_n_s_per_m: R::ZERO,
+            ..levels
+        };
+        let before = row.saturating_sub(1);
+        let dt_s = (time[row] - time[before]).max(1e-9);
+        let step = (motion.position_m[row] - motion.position_m[before]) / dt_s;
+        let driven = bristle.step_driven(&dry, R::from_f64(step), deflection, R::from_f64(dt_s));
+        deflection = driven.0;
+        let viscous = levels.viscous_n_s_per_m * R::from_f64(motion.velocity_m_per_s[row]);
+        force.push(gas[row] - driven.1 - viscous);
+    }
+    for event in breakaways(time, position) {
+        let Some((drive, noise_n, rate)) = event.force(time, &gas) else {
+            continue;
+        };
+        let levels = levels_at(event.row);
+        let seen = seen_share(&carriage, &levels, rate);
+        let held = levels.coulomb_n + (levels.static_n - levels.coulomb_n) * R::from_f64(seen);
+        let scale = BREAKAWAY_NOISE_N / noise_n;
+        if scale * WORST_EVENT > 1.0 {
+            let residual = limited((drive - held) * R::from_f64(scale));
+            let outputs = [skipped(), skipped(), or_infinite(residual)];
+            sink.row(event.row, &outputs, &[]);
+        }
+    }
+    let half = bump.weights.len() / 2;
+    let mut centre = half + 1;
+    while centre + half + 1 < track.len() {
+        let rows = centre - half..centre + half + 1;
+        let slowest = motion.velocity_m_per_s[rows.clone()]
+            .iter()
+            .fold(f64::INFINITY, |least, v| least.min(v.abs()));
+        if slowest > CREEPING_M_PER_S {
+            let place = position[centre];
+            let curved: f64 = bump
+                .curvature
+                .iter()
+                .zip(&position[rows.start - 1..rows.end + 1])
+                .map(|(c, x)| c * (x - place))
+                .sum();
+            let mut mean = -carriage.mass_kg * R::from_f64(curved);
+            for (weight, &force) in bump.weights.iter().zip(&force[rows]) {
+                mean += R::from_f64(*weight) * force;
+            }
+            let outputs = if slowest > SLIDING_M_PER_S {
+                [or_infinite(mean), skipped(), skipped()]
+            } else {
+                [skipped(), or_infinite(mean), skipped()]
+            };
+            sink.row(centre, &outputs, &[]);
+        }
+        centre += (half / 2).max(1);
+    }
+}
+
+impl Breakaway {
+    /// The force in the direction of the break-away at its instant, how well it
+    /// is known, N, and how fast it rises, N/s.
+    fn force<R: Real>(&self, time_s: &[f64], gas_n: &[R]) -> Option<(R, f64, f64)> {
+        let from = self.row.checked_sub(INSTANT_ROWS + 1)?;
+        let rows = from..self.row + INSTANT_ROWS;
+        let around = gas_n.get(rows.clone())?;
+        let mut mean = R::ZERO;
+        for &force in around {
+            mean += force;
+        }
+        let count = around.len() as f64;
+        let (first, last) = (around.first()?.value(), around.last()?.value());
+        let rate = (last - first) / (time_s[rows.end - 1] - time_s[rows.start]);
+        let noise_n = BREAKAWAY_NOISE_N.hypot(rate * INSTANT_NOISE_S);
+        let force = mean * R::from_f64(self.direction / count);
+        Some((force, noise_n, rate * self.direction))
+    }
+}

@@ -1,0 +1,434 @@
+//! Both chambers with what lies between them, the supply and the surroundings.
+//!
+//! Driven by the valve's areas and the piston's way over the step: in the axis by
+//! valve and carriage, in an identification by recorded command and position. The
+//! parts that [`crate::left_out`] adds are each skipped while neutral.
+
+use crate::chamber::{Chamber, ChamberFlow, ChamberState};
+use crate::gas::Gas;
+use crate::left_out::{
+    ChamberLeakage, Crossing, EndCushion, ExhaustBackPressure, PistonLeakage, SilencerState,
+    SupplyDroop, TankState, TubeLine, TubeState,
+};
+use crate::real::Real;
+use crate::valve::{FlowLaw, GasState, PathAreas};
+
+/// Both chambers with what lies between them and the valve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pneumatics<R> {
+    /// The gas.
+    pub gas: Gas<R>,
+    /// Flow law of every orifice.
+    pub law: FlowLaw<R>,
+    /// The surroundings.
+    pub ambient: GasState<R>,
+    /// Chamber a, which +x enlarges.
+    pub chamber_a: Chamber<R>,
+    /// Chamber b.
+    pub chamber_b: Chamber<R>,
+    /// Leak of chamber a.
+    pub leak_a: ChamberLeakage<R>,
+    /// Leak of chamber b.
+    pub leak_b: ChamberLeakage<R>,
+    /// Leak from chamber to chamber.
+    pub piston_leak: PistonLeakage<R>,
+    /// Tube between each port and its chamber (two of a kind).
+    pub tube: TubeLine<R>,
+    /// Tank between regulator and valve.
+    pub supply_droop: SupplyDroop<R>,
+    /// Silencer behind both exhaust paths.
+    pub back_pressure: ExhaustBackPressure<R>,
+    /// Cushions at the ends of the stroke (two of a kind).
+    pub cushion: EndCushion<R>,
+}
+
+/// State of the gas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PneumaticState<R> {
+    /// Chamber a.
+    pub a: ChamberState<R>,
+    /// Chamber b.
+    pub b: ChamberState<R>,
+    /// Tube to chamber a.
+    pub tube_a: TubeState<R>,
+    /// Tube to chamber b.
+    pub tube_b: TubeState<R>,
+    /// Tank between regulator and valve.
+    pub tank: TankState<R>,
+    /// Silencer behind both exhaust paths.
+    pub silencer: SilencerState<R>,
+}
+
+impl<R: Real> PneumaticState<R> {
+    /// Gas at rest in tubes and chambers, the tank full, the silencer empty.
+    pub fn at_rest(a: GasState<R>, b: GasState<R>) -> Self {
+        Self {
+            a: ChamberState::new(a.pressure_pa, a.temperature_k),
+            b: ChamberState::new(b.pressure_pa, b.temperature_k),
+            tube_a: TubeState::at_rest(a.pressure_pa),
+            tube_b: TubeState::at_rest(b.pressure_pa),
+            tank: TankState::FULL,
+            silencer: SilencerState::at_rest(),
+        }
+    }
+}
+
+/// The valve as the chambers see it through one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ValveDrive<R> {
+    /// Areas of the four paths.
+    pub areas: PathAreas<R>,
+    /// The supplied gas.
+    pub supply: GasState<R>,
+}
+
+/// The two paths that end at one port.
+#[derive(Clone, Copy)]
+struct PortPaths<R> {
+    supply_area_m2: R,
+    exhaust_area_m2: R,
+    supply: GasState<R>,
+    exhaust: GasState<R>,
+}
+
+/// The gas at a port over a step: the flow through a path on average is its flow
+/// at `gas` plus its slope times `beyond_pa`.
+#[derive(Clone, Copy)]
+struct Port<R> {
+    gas: GasState<R>,
+    beyond_pa: R,
+}
+
+/// One side's parameters.
+#[derive(Clone, Copy)]
+struct Side<'a, R> {
+    chamber: &'a Chamber<R>,
+    leak: &'a ChamberLeakage<R>,
+    /// What crosses the piston into this chamber.
+    crossing: Option<Crossing<R>>,
+}
+
+impl<R: Real> Pneumatics<R> {
+    /// One step with the piston moving from `from_m` to `to_m`; without a valve
+    /// the chambers are closed. The supply is taken as it is at the valve: measured
+    /// there, or declared constant.
+    #[inline]
+    pub fn step(
+        &self,
+        state: &mut PneumaticState<R>,
+        valve: Option<&ValveDrive<R>>,
+        from_m: R,
+        to_m: R,
+        dt_s: R,
+    ) {
+        match valve {
+            Some(drive) => {
+                self.step_open(state, drive, (from_m, to_m), dt_s);
+            }
+            None => self.step_closed(state, (from_m, to_m), dt_s),
+        }
+    }
+
+    /// The same with the supply as it is at the regulator: where there is a tank,
+    /// the valve draws from it.
+    #[inline]
+    pub fn step_behind_regulator(
+        &self,
+        state: &mut PneumaticState<R>,
+        valve: &ValveDrive<R>,
+        from_m: R,
+        to_m: R,
+        dt_s: R,
+    ) {
+        if !self.supply_droop.is_present() {
+            self.step_open(state, valve, (from_m, to_m), dt_s);
+            return;
+        }
+        let constant = self.gas.gas_constant_j_per_kg_k;
+        let tank = self
+            .supply_droop
+            .between(&self.law, constant, valve.supply, dt_s);
+        let wanted = self.draw(&valve.areas, tank.now(&state.tank), self.ports(state));
+        let seen = tank.seen(&state.tank, wanted);
+        let drive = ValveDrive {
+            supply: seen,
+            ..*valve
+        };
+        let ports = self.step_open(state, &drive, (from_m, to_m), dt_s);
+        let (drawn, _) = self.draw(&valve.areas, seen, ports);
+        tank.step(&mut state.tank, seen, drawn);
+    }
+
+    fn step_closed(&self, state: &mut PneumaticState<R>, way_m: (R, R), dt_s: R) {
+        let [a, b] = self.sides(state, way_m.1, dt_s);
+        for (side, chamber) in [(a, &mut state.a), (b, &mut state.b)] {
+            let flow = |gas| ChamberFlow::NONE.with_losses(self, &side, gas);
+            let stroke = side.chamber.stroke(way_m.0, way_m.1);
+            side.chamber.step(chamber, &stroke, flow, dt_s);
+        }
+    }
+
+    /// A step with the valve; returns the gas at its ports.
+    #[inline]
+    fn step_open(
+        &self,
+        state: &mut PneumaticState<R>,
+        drive: &ValveDrive<R>,
+        way_m: (R, R),
+        dt_s: R,
+    ) -> [Port<R>; 2] {
+        let areas = &self.cushioned(&drive.areas, way_m);
+        if !self.back_pressure.is_present() {
+            return self.step_sides(state, (areas, drive.supply, self.ambient), way_m, dt_s);
+        }
+        let constant = self.gas.gas_constant_j_per_kg_k;
+        let silencer = self
+            .back_pressure
+            .within(&self.law, constant, self.ambient, dt_s);
+        let offered = self.vent(areas, silencer.now(&state.silencer), self.ports(state));
+        let seen = silencer.seen(&state.silencer, offered);
+        let ports = self.step_sides(state, (areas, drive.supply, seen), way_m, dt_s);
+        let (vented, _) = self.vent(areas, seen, ports);
+        silencer.step(&mut state.silencer, seen, vented);
+        ports
+    }
+
+    #[inline]
+    fn step_sides(
+        &self,
+        state: &mut PneumaticState<R>,
+        (areas, supply, exhaust): (&PathAreas<R>, GasState<R>, GasState<R>),
+        way_m: (R, R),
+        dt_s: R,
+    ) -> [Port<R>; 2] {
+        let [a, b] = self.sides(state, way_m.1, dt_s);
+        let paths_a = PortPaths {
+            supply_area_m2: areas.supply_a_m2,
+            exhaust_area_m2: areas.exhaust_a_m2,
+            supply,
+            exhaust,
+        };
+        let paths_b = PortPaths {
+            supply_area_m2: areas.supply_b_m2,
+            exhaust_area_m2: areas.exhaust_b_m2,
+            supply,
+            exhaust,
+        };
+        let states_a = (&mut state.a, &mut state.tube_a);
+        let port_a = self.step_side(&a, states_a, &paths_a, way_m, dt_s);
+        let states_b = (&mut state.b, &mut state.tube_b);
+        let port_b = self.step_side(&b, states_b, &paths_b, way_m, dt_s);
+        [port_a, port_b]
+    }
+
+    fn step_side(
+        &self,
+        side: &Side<'_, R>,
+        (state, tube): (&mut ChamberState<R>, &mut TubeState<R>),
+        paths: &PortPaths<R>,
+        way_m: (R, R),
+        dt_s: R,
+    ) -> Port<R> {
+        let stroke = side.chamber.stroke(way_m.0, way_m.1);
+        if self.tube.is_present() {
+            let (line, port) = self.step_tube(side.chamber, state, tube, paths, way_m.1, dt_s);
+            let flow = |gas| line.with_losses(self, side, gas);
+            side.chamber.step(state, &stroke, flow, dt_s);
+            return port;
+        }
+        let flow = |gas| self.port_flow(paths, gas).with_losses(self, side, gas);
+        let exchange = side.chamber.exchange(state, &stroke, flow, dt_s);
+        Port {
+            gas: exchange.middle,
+            beyond_pa: exchange.beyond_pa,
+        }
+    }
+
+    /// Steps the tube; returns the flow from it into the chamber, and its port.
+    fn step_tube(
+        &self,
+        chamber: &Chamber<R>,
+        state: &ChamberState<R>,
+        tube: &mut TubeState<R>,
+        paths: &PortPaths<R>,
+        position_m: R,
+        dt_s: R,
+    ) -> (ChamberFlow<R>, Port<R>) {
+        let tube_k = self.ambient.temperature_k;
+        let node = GasState {
+            pressure_pa: tube.pressure_pa,
+            temperature_k: tube_k,
+        };
+        let valve = self.port_flow(paths, node);
+        let gas = state.gas_state();
+        let needle = if self.cushion.is_present() {
+            let length_m = chamber.geometry.length_m(position_m);
+            self.cushion
+                .resistance_pa_s_per_kg(&self.law, length_m, gas, node)
+        } else {
+            R::ZERO
+        };
+        self.tube.step(
+            tube,
+            &self.gas,
+            tube_k,
+            (valve.mass_kg_per_s, valve.mass_slope),
+            (gas.pressure_pa, self.pa_per_kg(chamber, gas, position_m)),
+            needle,
+            dt_s,
+        );
+        let port = Port {
+            gas: node,
+            beyond_pa: tube.pressure_pa - node.pressure_pa,
+        };
+        let line =
+            ChamberFlow::NONE.with(tube.mass_flow_kg_per_s, R::ZERO, tube_k, gas.temperature_k);
+        (line, port)
+    }
+
+    /// How much the pressure of a chamber rises per mass let in.
+    fn pa_per_kg(&self, chamber: &Chamber<R>, gas: GasState<R>, position_m: R) -> R {
+        self.gas.heat_capacity_ratio * self.gas.gas_constant_j_per_kg_k * gas.temperature_k
+            / chamber.geometry.volume_m3(position_m)
+    }
+
+    /// Both sides, with what crosses the piston over the step.
+    #[inline]
+    fn sides(&self, state: &PneumaticState<R>, position_m: R, dt_s: R) -> [Side<'_, R>; 2] {
+        let into_b = self
+            .piston_leak
+            .is_present()
+            .then(|| self.crossing(state, position_m, dt_s));
+        let into_a = into_b.map(|crossing| Crossing {
+            into_kg_per_s: -crossing.into_kg_per_s,
+            ..crossing
+        });
+        [
+            Side {
+                chamber: &self.chamber_a,
+                leak: &self.leak_a,
+                crossing: into_a,
+            },
+            Side {
+                chamber: &self.chamber_b,
+                leak: &self.leak_b,
+                crossing: into_b,
+            },
+        ]
+    }
+
+    /// What crosses the piston from a into b.
+    fn crossing(&self, state: &PneumaticState<R>, position_m: R, dt_s: R) -> Crossing<R> {
+        let a = self.chamber_a.seen(state.a.gas_state(), R::ZERO);
+        let b = self.chamber_b.seen(state.b.gas_state(), R::ZERO);
+        let pa_per_kg = self.pa_per_kg(&self.chamber_a, a, position_m)
+            + self.pa_per_kg(&self.chamber_b, b, position_m);
+        self.piston_leak
+            .crossing(&self.law, (a, b), pa_per_kg, dt_s)
+    }
+
+    /// The gas at both ports before the step.
+    fn ports(&self, state: &PneumaticState<R>) -> [Port<R>; 2] {
+        let port = |chamber: &Chamber<R>, state: &ChamberState<R>, tube: &TubeState<R>| Port {
+            gas: if self.tube.is_present() {
+                GasState {
+                    pressure_pa: tube.pressure_pa,
+                    temperature_k: self.ambient.temperature_k,
+                }
+            } else {
+                chamber.seen(state.gas_state(), R::ZERO)
+            },
+            beyond_pa: R::ZERO,
+        };
+        [
+            port(&self.chamber_a, &state.a, &state.tube_a),
+            port(&self.chamber_b, &state.b, &state.tube_b),
+        ]
+    }
+
+    /// Flow through both supply paths out of a supply, and its slope by the
+    /// supply's pressure.
+    fn draw(&self, areas: &PathAreas<R>, supply: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
+        let through = |area_m2, port: Port<R>| {
+            let flow = self.law.flow(area_m2, supply, port.gas);
+            let mass = flow.mass_flow_kg_per_s + flow.slope_2_kg_per_s_pa * port.beyond_pa;
+            (mass, flow.slope_1_kg_per_s_pa)
+        };
+        let a = through(areas.supply_a_m2, ports[0]);
+        let b = through(areas.supply_b_m2, ports[1]);
+        (a.0 + b.0, a.1 + b.1)
+    }
+
+    /// Flow through both exhaust paths into an exhaust, and its slope by the
+    /// exhaust's pressure.
+    fn vent(&self, areas: &PathAreas<R>, exhaust: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
+        let through = |area_m2, port: Port<R>| {
+            let flow = self.law.flow(area_m2, port.gas, exhaust);
+            let mass = flow.mass_flow_kg_per_s + flow.slope_1_kg_per_s_pa * port.beyond_pa;
+            (mass, flow.slope_2_kg_per_s_pa)
+        };
+        let a = through(areas.exhaust_a_m2, ports[0]);
+        let b = through(areas.exhaust_b_m2, ports[1]);
+        (a.0 + b.0, a.1 + b.1)
+    }
+
+    /// The areas with the needles of the cushions before the exhaust paths; with a
+    /// tube the needles stand behind it instead.
+    #[inline]
+    fn cushioned(&self, areas: &PathAreas<R>, way_m: (R, R)) -> PathAreas<R> {
+        if !self.cushion.is_present() || self.tube.is_present() {
+            return *areas;
+        }
+        let middle_m = (way_m.0 + way_m.1) * R::from_f64(0.5);
+        let needled = |valve_m2, chamber: &Chamber<R>| {
+            let length_m = chamber.geometry.length_m(middle_m);
+            self.cushion.exhaust_area_m2(valve_m2, length_m)
+        };
+        PathAreas {
+            exhaust_a_m2: needled(areas.exhaust_a_m2, &self.chamber_a),
+            exhaust_b_m2: needled(areas.exhaust_b_m2, &self.chamber_b),
+            ..*areas
+        }
+    }
+
+    /// Flow through the valve's two paths into a volume with this gas.
+    #[inline]
+    fn port_flow(&self, paths: &PortPaths<R>, gas: GasState<R>) -> ChamberFlow<R> {
+        let filling = self.law.flow(paths.supply_area_m2, paths.supply, gas);
+        let emptying = self.law.flow(paths.exhaust_area_m2, gas, paths.exhaust);
+        ChamberFlow::NONE
+            .with(
+                filling.mass_flow_kg_per_s,
+                filling.slope_2_kg_per_s_pa,
+                paths.supply.temperature_k,
+                gas.temperature_k,
+            )
+            .with(
+                -emptying.mass_flow_kg_per_s,
+                -emptying.slope_1_kg_per_s_pa,
+                paths.exhaust.temperature_k,
+                gas.temperature_k,
+            )
+    }
+}
+
+impl<R: Real> ChamberFlow<R> {
+    /// Adds a chamber's leaks: to the surroundings and past the piston.
+    #[inline]
+    fn with_losses(self, pneumatics: &Pneumatics<R>, side: &Side<'_, R>, gas: GasState<R>) -> Self {
+        let (out, slope) = side.leak.outflow(&pneumatics.law, gas, pneumatics.ambient);
+        let flow = self.with(
+            -out,
+            -slope,
+            pneumatics.ambient.temperature_k,
+            gas.temperature_k,
+        );
+        match side.crossing {
+            None => flow,
+            Some(Crossing {
+                into_kg_per_s,
+                temperature_k,
+            }) => flow.with(into_kg_per_s, R::ZERO, temperature_k, temperature_k),
+        }
+    }
+}
