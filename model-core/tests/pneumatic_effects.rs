@@ -229,7 +229,8 @@ fn prop_stable_at_1_khz_in_f32_from_hardly_there_to_absurd() {
 #[test]
 fn prop_an_effect_that_is_hardly_there_is_hardly_seen() {
     let without = run::<f64>(1e-3, |_| ());
-    let cases: [(&str, fn(&mut Axis<f64>)); 6] = [
+    type Change = fn(&mut Axis<f64>);
+    let cases: [(&str, Change); 6] = [
         ("piston leak", |axis| {
             axis.pneumatics.piston_leak.orifice_area_m2 = 1e-14;
         }),

@@ -381,7 +381,9 @@ fn pressure_sensor_lag(sides: &[Side], tracks: &[Track<'_>]) -> Candidate {
 fn valve_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
     let row = row_s(tracks);
     vec![
-        Candidate::new("tube-line", &["valve-flow"]).free("length_m", (0.0, 10.0), &[0.5, 2.0]).free("diameter_m", (0.002, 0.012), &[0.004]),
+        Candidate::new("tube-line", &["valve-flow"])
+            .free("length_m", (0.0, 10.0), &[0.5, 2.0])
+            .free("diameter_m", (0.002, 0.012), &[0.004]),
         Candidate::new("valve-delay", &["valve-command"]).free(
             "delay_s",
             (0.0, 50.0 * row),

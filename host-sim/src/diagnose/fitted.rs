@@ -158,7 +158,11 @@ impl<'a> Bench<'a> {
     fn weighed(&self, mut fitted: Fitted, mut sigma: Vec<f64>) -> Fitted {
         for _ in 0..MOST_WEIGHINGS {
             let left = self.sigma(Some(&fitted));
-            if left.iter().zip(&sigma).all(|(left, sigma)| *left > WEIGHED_ANEW * sigma) {
+            if left
+                .iter()
+                .zip(&sigma)
+                .all(|(left, sigma)| *left > WEIGHED_ANEW * sigma)
+            {
                 break;
             }
             let set = fitted.set.clone();

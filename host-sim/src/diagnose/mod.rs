@@ -186,12 +186,7 @@ fn diagnose_law(
     let mut bench = Bench::new(searched, rig, &thin_tracks);
     let baseline = search::baseline(&bench)?;
     bench.noise = noise::floor(&bench, &baseline);
-    bench.candidates = candidates(
-        searched,
-        rig,
-        &thin_tracks,
-        baseline.mean_square[0].sqrt(),
-    );
+    bench.candidates = candidates(searched, rig, &thin_tracks, baseline.mean_square[0].sqrt());
     let screened = knowability::screen(searched, &thin_tracks, &mut bench.candidates);
     let outcome = if worth_a_search(&bench, &baseline) {
         search::search(&bench, &baseline, &|stage| {

@@ -151,7 +151,11 @@ fn instant(time_s: &[f64], position_m: &[f64], place_m: f64) -> Option<f64> {
 /// shows when it is read as [`instant`] reads it: a bristle gives way little by
 /// little, the more so the faster the force rises. Found by doing just that with
 /// the model's own bristle under a force that rises at `rate_n_per_s`.
-fn seen_share<R: Real>(carriage: &Carriage<R>, levels: &FrictionLevels<R>, rate_n_per_s: f64) -> f64 {
+fn seen_share<R: Real>(
+    carriage: &Carriage<R>,
+    levels: &FrictionLevels<R>,
+    rate_n_per_s: f64,
+) -> f64 {
     const STEP_S: f64 = 1e-4;
     const STEPS_A_ROW: usize = 10;
     const MOST_ROWS: usize = 400;
@@ -221,7 +225,10 @@ impl Bump {
         // is nought one row beyond its ends.
         let weight = |row: isize| {
             let inside = usize::try_from(row).ok();
-            inside.and_then(|row| weights.get(row)).copied().unwrap_or(0.0)
+            inside
+                .and_then(|row| weights.get(row))
+                .copied()
+                .unwrap_or(0.0)
         };
         let second = |row: isize| weight(row + 1) - 2.0 * weight(row) + weight(row - 1);
         let curvature = (-1..=rows as isize).map(|row| second(row) / step_s.powi(2));
@@ -252,14 +259,12 @@ fn or_infinite<R: Real>(residual: R) -> R {
     }
 }
 
-pub(super) fn predict<R: Real>(
-    values: &Values<'_, R>,
-    track: &Track<'_>,
-    sink: &mut impl Sink<R>,
-) {
-    let (Some(motion), Some(a), Some(b)) =
-        (track.motion.as_ref(), track.signal("p_a"), track.signal("p_b"))
-    else {
+pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: &mut impl Sink<R>) {
+    let (Some(motion), Some(a), Some(b)) = (
+        track.motion.as_ref(),
+        track.signal("p_a"),
+        track.signal("p_b"),
+    ) else {
         return;
     };
     let Some(position) = track.signal("x") else {

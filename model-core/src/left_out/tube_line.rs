@@ -72,6 +72,10 @@ impl<R: Real> TubeLine<R> {
     /// pressure, at the node's present pressure; `chamber` the
     /// chamber's pressure and its rise per mass let in (Pa, Pa/kg);
     /// `end_resistance` what stands between tube and chamber, Pa s/kg.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is another law's, none belongs to another"
+    )]
     pub fn step(
         &self,
         state: &mut TubeState<R>,
