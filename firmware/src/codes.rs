@@ -5,6 +5,7 @@
 //! front ends are dimensioned for them.
 
 use model_core::controller::Measurements;
+use model_core::real::Real;
 
 /// A converter's code, 0..=65535 over its full scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -175,9 +176,9 @@ impl CommandShaper {
         let wanted = COMMAND_V.place(command_v) + self.left_over_codes;
         // The low bits, which a coarser converter ignores, are cleared; a step is
         // a power of two.
-        let nearest = (wanted + 0.5 * step).clamp(0.0, last) as u16;
+        let nearest = Real::clamp(wanted + 0.5 * step, 0.0, last) as u16;
         let code = nearest & !(self.codes_per_step - 1);
-        self.left_over_codes = (wanted - f32::from(code)).clamp(-step, step);
+        self.left_over_codes = Real::clamp(wanted - f32::from(code), -step, step);
         DacCode(code)
     }
 }

@@ -57,10 +57,16 @@ const fn signed(key: &'static str, unit: &'static str) -> EffectParameter {
 
 /// A tube narrower than this is none: the law divides by its area.
 const NARROWEST_TUBE_M: f64 = 1e-4;
+/// No wall of a pneumatic axis is so much colder than its surroundings.
+const COLDEST_WALL_OFFSET_K: f64 = -100.0;
 /// A needle narrower than this is shut: the law divides by its area.
 const NARROWEST_NEEDLE_M2: f64 = 1e-9;
 /// The law divides by the bristle's stiffness.
 const SOFTEST_BRISTLE_N_M: f64 = 1e-3;
+/// The law divides by the wavelength; no seal or guide has a shorter one.
+const SHORTEST_WAVE_M: f64 = 1e-3;
+/// The law divides by the time constant; shorter is no growth but a level.
+const SHORTEST_DWELL_S: f64 = 1e-3;
 
 /// Every effect, in the order of a verdict's list.
 pub const EFFECTS: &[Effect] = &[
@@ -137,7 +143,7 @@ pub const EFFECTS: &[Effect] = &[
     Effect {
         name: "wall-temperature",
         parameters: &[
-            signed("offset_K", "K"),
+            parameter("offset_K", "K", 0.0, COLDEST_WALL_OFFSET_K),
             parameter("heat_capacity_J_K", "J/K", 0.0, 0.0),
             parameter("outer_W_K", "W/K", 0.0, 0.0),
         ],
@@ -151,6 +157,27 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[
             signed("per_mean_pressure_N_Pa", "N/Pa"),
             signed("per_pressure_difference_N_Pa", "N/Pa"),
+        ],
+    },
+    Effect {
+        name: "position-dependent-friction",
+        parameters: &[
+            signed("cosine", "1"),
+            signed("sine", "1"),
+            parameter("wavelength_m", "m", 0.1, SHORTEST_WAVE_M),
+            signed("slope_per_m", "1/m"),
+            signed("curvature_per_m2", "1/m2"),
+        ],
+    },
+    Effect {
+        name: "direction-dependent-friction",
+        parameters: &[signed("asymmetry", "1"), signed("viscous_asymmetry", "1")],
+    },
+    Effect {
+        name: "dwell-stiction",
+        parameters: &[
+            signed("rise_N", "N"),
+            parameter("time_constant_s", "s", 1.0, SHORTEST_DWELL_S),
         ],
     },
     Effect {
@@ -174,6 +201,24 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[signed("viscous_Ns_m", "N s/m")],
     },
     Effect {
+        name: "load-compliance",
+        parameters: &[
+            parameter("load_mass_kg", "kg", 0.0, 0.0),
+            parameter("stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("damping_Ns_m", "N s/m", 0.0, 0.0),
+        ],
+    },
+    Effect {
+        // Stands for the compliance too where it has a mass.
+        name: "load-backlash",
+        parameters: &[
+            parameter("load_mass_kg", "kg", 0.0, 0.0),
+            parameter("stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("damping_Ns_m", "N s/m", 0.0, 0.0),
+            parameter("gap_m", "m", 0.0, 0.0),
+        ],
+    },
+    Effect {
         name: "constant-force",
         parameters: &[signed("force_N", "N")],
     },
@@ -182,6 +227,9 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[
             parameter("length_m", "m", 0.0, 0.0),
             parameter("needle_area_m2", "m2", 1e-6, NARROWEST_NEEDLE_M2),
+            parameter("buffer_length_m", "m", 0.0, 0.0),
+            parameter("buffer_stiffness_N_m", "N/m", 0.0, 0.0),
+            parameter("buffer_damping_Ns_m", "N s/m", 0.0, 0.0),
         ],
     },
     Effect {

@@ -12,9 +12,10 @@ use model_core::chamber::{Chamber, ChamberGeometry, ThermalModel};
 use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
-    ChamberLeakage, EndCushion, ExhaustBackPressure, FrictionTerms, PistonLeakage, SlewLimit,
-    SpoolDynamics, SupplyDroop, TubeLine, ValveDelay, ValveHysteresis, VariableHeatTransfer,
-    WallTemperature,
+    CarriageEffects, ChamberLeakage, DirectionDependentFriction, DwellStiction, ElasticBuffer,
+    EndCushion, ExhaustBackPressure, FrictionTerms, LoadCoupling, PistonLeakage,
+    PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop, TubeLine, ValveDelay,
+    ValveHysteresis, VariableHeatTransfer, WallTemperature,
 };
 use model_core::paper;
 use model_core::real::Real;
@@ -435,7 +436,85 @@ impl<R: Real> Values<'_, R> {
             area_b_m2: self.get_or("cylinder.area_b_m2", 0.0),
             ambient_pressure_pa: self.ambient().pressure_pa,
             bristle: self.bristle(),
+            effects: self.carriage_effects().if_any(),
         }
+    }
+
+    /// What the carriage's own motion leaves out.
+    fn carriage_effects(&self) -> CarriageEffects<R> {
+        CarriageEffects {
+            position_friction: self.position_friction(),
+            direction_friction: DirectionDependentFriction {
+                asymmetry: self.effect("direction-dependent-friction", "asymmetry", 0.0),
+                viscous_asymmetry: self.effect(
+                    "direction-dependent-friction",
+                    "viscous_asymmetry",
+                    0.0,
+                ),
+            },
+            dwell_stiction: DwellStiction {
+                rise_n: self.effect("dwell-stiction", "rise_N", 0.0),
+                time_constant_s: self.effect("dwell-stiction", "time_constant_s", 1.0),
+            },
+            load: self.load_coupling(),
+            elastic_buffer: self.elastic_buffer(),
+        }
+    }
+
+    fn position_friction(&self) -> PositionDependentFriction<R> {
+        let number = |key, neutral| self.effect("position-dependent-friction", key, neutral);
+        PositionDependentFriction {
+            cosine: number("cosine", 0.0),
+            sine: number("sine", 0.0),
+            wavelength_m: number("wavelength_m", 0.1),
+            slope_per_m: number("slope_per_m", 0.0),
+            curvature_per_m2: number("curvature_per_m2", 0.0),
+        }
+    }
+
+    /// The load with its play where it has one, else the load without.
+    fn load_coupling(&self) -> LoadCoupling<R> {
+        let coupling = |effect, gap_m| LoadCoupling {
+            load_mass_kg: self.effect(effect, "load_mass_kg", 0.0),
+            stiffness_n_per_m: self.effect(effect, "stiffness_N_m", 0.0),
+            damping_n_s_per_m: self.effect(effect, "damping_Ns_m", 0.0),
+            gap_m,
+        };
+        let gap_m = self.effect("load-backlash", "gap_m", 0.0);
+        let with_play = coupling("load-backlash", gap_m);
+        if with_play.is_neutral() {
+            coupling("load-compliance", R::ZERO)
+        } else {
+            with_play
+        }
+    }
+
+    /// The buffers at the ends of the stroke; none where the rig does not say
+    /// where the stroke ends.
+    fn elastic_buffer(&self) -> ElasticBuffer<R> {
+        let number = |key| self.effect("end-cushion", key, 0.0);
+        let Some(ends_m) = self.stroke_ends_m() else {
+            return ElasticBuffer::NEUTRAL;
+        };
+        let length_m = number("buffer_length_m");
+        ElasticBuffer {
+            low_m: ends_m[0] + length_m,
+            high_m: ends_m[1] - length_m,
+            stiffness_n_per_m: number("buffer_stiffness_N_m"),
+            damping_n_s_per_m: number("buffer_damping_Ns_m"),
+        }
+    }
+
+    /// Positions of the piston at the ends of its stroke, m.
+    fn stroke_ends_m(&self) -> Option<[R; 2]> {
+        let stroke_m = self.get("cylinder.stroke_m")?;
+        Some(match self.rig.cylinder.as_ref()?.position_zero? {
+            PositionZero::MidStroke => {
+                let half = stroke_m * R::from_f64(0.5);
+                [-half, half]
+            }
+            PositionZero::EndA => [R::ZERO, stroke_m],
+        })
     }
 
     /// The whole axis, for steps of `dt_s`. A rig without `[friction]` slides

@@ -8,14 +8,15 @@
 //! the new velocity moves the position, so that the energy of the air spring
 //! neither grows nor decays by the scheme.
 
-use crate::friction::{Bristle, FrictionLevels};
+use crate::friction::{Bristle, FrictionLevels, FrictionStep};
+use crate::left_out::{CarriageEffects, LoadCoupling, LoadState, Reaction};
 use crate::math::Compensated;
 use crate::real::Real;
 
 /// Parameters of the carriage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Carriage<R> {
-    /// Moving mass, kg.
+    /// Moving mass, kg: all of it, a load behind a spring included.
     pub mass_kg: R,
     /// Constant load against +x, N.
     pub external_force_n: R,
@@ -27,6 +28,8 @@ pub struct Carriage<R> {
     pub ambient_pressure_pa: R,
     /// The bristle of the friction law.
     pub bristle: Bristle<R>,
+    /// Physics that the paper leaves out of the carriage's motion; `None`: none.
+    pub effects: Option<CarriageEffects<R>>,
 }
 
 /// State of the carriage.
@@ -40,16 +43,23 @@ pub struct CarriageState<R> {
     pub deflection_m: R,
     /// Mean friction force over the last step, N.
     pub friction_n: R,
+    /// How far stiction has grown by standing, 0 to 1.
+    pub contact_age: R,
+    /// The load behind its spring.
+    pub load: LoadState<R>,
 }
 
 impl<R: Real> CarriageState<R> {
-    /// A carriage with relaxed bristles.
+    /// A carriage with relaxed bristles that has just come to rest, its load
+    /// in the middle of its play.
     pub fn new(position_m: R, velocity_m_per_s: R) -> Self {
         Self {
             position_m: Compensated::new(position_m),
             velocity_m_per_s,
             deflection_m: R::ZERO,
             friction_n: R::ZERO,
+            contact_age: R::ZERO,
+            load: LoadState::RIGID,
         }
     }
 }
@@ -72,17 +82,81 @@ impl<R: Real> Carriage<R> {
         drive_n: R,
         dt_s: R,
     ) {
-        let out = self.bristle.step_with_mass(
-            levels,
-            self.mass_kg,
-            state.velocity_m_per_s,
-            state.deflection_m,
-            drive_n,
-            dt_s,
-        );
+        let out = match &self.effects {
+            None => self.solve(state, levels, (self.mass_kg, drive_n), dt_s),
+            Some(effects) => self.step_with(effects, state, levels, drive_n, dt_s),
+        };
         state.velocity_m_per_s = out.velocity_m_per_s;
         state.deflection_m = out.deflection_m;
         state.friction_n = out.force_n;
         state.position_m.add(dt_s * out.velocity_m_per_s);
+    }
+
+    /// The levels at this state: those given, changed by the carriage's effects.
+    #[inline]
+    pub fn levels(&self, state: &CarriageState<R>, levels: FrictionLevels<R>) -> FrictionLevels<R> {
+        match &self.effects {
+            None => levels,
+            Some(effects) => effects.levels(levels, &self.bristle, state),
+        }
+    }
+
+    /// The load, if there is one behind a spring, and the mass without it, kg.
+    pub fn load(&self) -> (Option<LoadCoupling<R>>, R) {
+        let declared = self.effects.map(|effects| effects.load);
+        match declared.filter(|load| !load.is_neutral()) {
+            None => (None, self.mass_kg),
+            Some(load) => {
+                let load = load.within(self.mass_kg);
+                (Some(load), self.mass_kg - load.load_mass_kg)
+            }
+        }
+    }
+
+    /// Friction and inertia together, for a mass and the force on it.
+    #[inline]
+    fn solve(
+        &self,
+        state: &CarriageState<R>,
+        levels: &FrictionLevels<R>,
+        (mass_kg, force_n): (R, R),
+        dt_s: R,
+    ) -> FrictionStep<R> {
+        self.bristle.step_with_mass(
+            levels,
+            mass_kg,
+            state.velocity_m_per_s,
+            state.deflection_m,
+            force_n,
+            dt_s,
+        )
+    }
+
+    fn step_with(
+        &self,
+        effects: &CarriageEffects<R>,
+        state: &mut CarriageState<R>,
+        levels: &FrictionLevels<R>,
+        drive_n: R,
+        dt_s: R,
+    ) -> FrictionStep<R> {
+        let before = *state;
+        let velocity = before.velocity_m_per_s;
+        let levels = effects.levels(*levels, &self.bristle, &before);
+        let buffer = effects
+            .elastic_buffer
+            .reaction(before.position_m.value, velocity, dt_s);
+        let (load, mass_kg) = self.load();
+        let solve = |reaction: Reaction<R>| {
+            let all = reaction.with(buffer);
+            let body = (mass_kg + all.added_mass_kg, drive_n - all.force_n);
+            self.solve(&before, &levels, body, dt_s)
+        };
+        let out = match load {
+            None => solve(Reaction::NONE),
+            Some(load) => load.step(&mut state.load, velocity, dt_s, solve),
+        };
+        state.contact_age = effects.contact_age(&self.bristle, &before, out.velocity_m_per_s, dt_s);
+        out
     }
 }

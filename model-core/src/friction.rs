@@ -55,10 +55,19 @@ pub struct FrictionStep<R> {
 const LEAST_LEVEL_N: f64 = 1e-6;
 
 impl<R: Real> FrictionLevels<R> {
+    /// These levels with one of Coulomb that may be divided by.
+    #[inline]
+    pub(crate) fn at_least(&self) -> Self {
+        Self {
+            coulomb_n: self.coulomb_n.max(R::from_f64(LEAST_LEVEL_N)),
+            ..*self
+        }
+    }
+
     /// g(v), (10), in N.
     #[inline]
     pub fn sliding_n(&self, bristle: &Bristle<R>, velocity_m_per_s: R) -> R {
-        let coulomb = self.coulomb_n.max(R::from_f64(LEAST_LEVEL_N));
+        let coulomb = self.at_least().coulomb_n;
         let rise = (self.static_n - coulomb).max(R::ZERO);
         let ratio = velocity_m_per_s / bristle.stribeck_velocity_m_per_s;
         coulomb + rise * (-(ratio * ratio)).exp()

@@ -142,6 +142,7 @@ fn carriage<R: Real>() -> Carriage<R> {
         area_b_m2: R::from_f64(PISTON_AREA_M2),
         ambient_pressure_pa: R::from_f64(AMBIENT_PRESSURE_PA),
         bristle: bristle(),
+        effects: None,
     }
 }
 

@@ -8,7 +8,8 @@ use host_sim::rig::Rig;
 use model_core::axis::{Axis, AxisInputs, AxisState, CommandPath};
 use model_core::chamber::ThermalModel;
 use model_core::left_out::{
-    ChamberLeakage, FrictionTerms, SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
+    CarriageEffects, ChamberLeakage, ElasticBuffer, FrictionTerms, LoadCoupling, SlewLimit,
+    SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
 };
 use model_core::paper;
 use model_core::real::{Dual, Real};
@@ -51,6 +52,7 @@ fn neutral_axis(companions: Companions) -> Axis<f32> {
     axis.pneumatics.leak_a = ChamberLeakage::NEUTRAL;
     axis.pneumatics.leak_b = ChamberLeakage::NEUTRAL;
     axis.friction_terms = FrictionTerms::NEUTRAL;
+    axis.carriage.effects = Some(CarriageEffects::neutral());
     axis
 }
 
@@ -133,8 +135,24 @@ fn path(delay_s: f32, width: f32, rate_per_s: f32, natural_frequency_hz: f32) ->
 /// One way to switch an effect on.
 type Switch = (&'static str, fn(&mut Axis<f32>));
 
+/// One effect of the carriage's own motion.
+fn effects(axis: &mut Axis<f32>, change: fn(&mut CarriageEffects<f32>)) {
+    let mut effects = CarriageEffects::neutral();
+    change(&mut effects);
+    axis.carriage.effects = Some(effects);
+}
+
+fn load(gap_m: f32) -> LoadCoupling<f32> {
+    LoadCoupling {
+        load_mass_kg: 0.2,
+        stiffness_n_per_m: 1e6,
+        damping_n_s_per_m: 10.0,
+        gap_m,
+    }
+}
+
 /// Every parameter of every left-out effect, at the small end of what a rig has.
-const SWITCHES: [Switch; 28] = [
+const SWITCHES: &[Switch] = &[
     ("valve delay", |axis| {
         axis.command_path = path(2e-4, 0.0, 0.0, 0.0)
     }),
@@ -217,6 +235,49 @@ const SWITCHES: [Switch; 28] = [
     ("constant force", |axis| {
         axis.friction_terms.constant_force_n = 0.1
     }),
+    ("friction wave, cosine", |axis| {
+        effects(axis, |e| e.position_friction.cosine = 0.01);
+    }),
+    ("friction wave, sine", |axis| {
+        effects(axis, |e| e.position_friction.sine = 0.01);
+    }),
+    ("friction slope", |axis| {
+        effects(axis, |e| e.position_friction.slope_per_m = 0.05);
+    }),
+    ("friction curvature", |axis| {
+        effects(axis, |e| e.position_friction.curvature_per_m2 = 1.0);
+    }),
+    ("friction asymmetry", |axis| {
+        effects(axis, |e| e.direction_friction.asymmetry = 0.01);
+    }),
+    ("viscous asymmetry", |axis| {
+        effects(axis, |e| e.direction_friction.viscous_asymmetry = 0.01);
+    }),
+    ("dwell stiction", |axis| {
+        effects(axis, |e| e.dwell_stiction.rise_n = 1.0);
+    }),
+    ("load compliance", |axis| {
+        effects(axis, |e| e.load = load(0.0))
+    }),
+    ("load backlash", |axis| {
+        effects(axis, |e| e.load = load(2e-5))
+    }),
+    ("buffer stiffness", |axis| {
+        effects(axis, |e| {
+            e.elastic_buffer = ElasticBuffer {
+                stiffness_n_per_m: 1e3,
+                ..ElasticBuffer::NEUTRAL
+            };
+        });
+    }),
+    ("buffer damping", |axis| {
+        effects(axis, |e| {
+            e.elastic_buffer = ElasticBuffer {
+                damping_n_s_per_m: 1.0,
+                ..ElasticBuffer::NEUTRAL
+            };
+        });
+    }),
 ];
 
 /// 0.3 s through the null and back; with the reduced model, which alone has a
@@ -297,7 +358,7 @@ stribeck_velocity_m_s = 5.03e-3
 "#;
 
 /// Effects with values off neutral; the delay off a whole number of steps.
-const EFFECTS: [(&str, f64); 37] = [
+const EFFECTS: &[(&str, f64)] = &[
     ("effects.valve-delay.delay_s", 2.3e-3),
     ("effects.valve-hysteresis.width", 0.05),
     ("effects.spool-dynamics.natural_frequency_Hz", 90.0),
@@ -342,6 +403,25 @@ const EFFECTS: [(&str, f64); 37] = [
     ("effects.constant-force.force_N", 1.5),
     ("effects.dead-volume.volume_a_m3", 2e-6),
     ("effects.dead-volume.volume_b_m3", 3e-6),
+    ("effects.position-dependent-friction.cosine", 0.2),
+    ("effects.position-dependent-friction.sine", 0.1),
+    ("effects.position-dependent-friction.wavelength_m", 0.08),
+    ("effects.position-dependent-friction.slope_per_m", 0.3),
+    ("effects.position-dependent-friction.curvature_per_m2", 0.5),
+    ("effects.direction-dependent-friction.asymmetry", 0.1),
+    (
+        "effects.direction-dependent-friction.viscous_asymmetry",
+        -0.05,
+    ),
+    ("effects.dwell-stiction.rise_N", 10.0),
+    ("effects.dwell-stiction.time_constant_s", 0.4),
+    ("effects.load-backlash.load_mass_kg", 0.6),
+    ("effects.load-backlash.stiffness_N_m", 2e5),
+    ("effects.load-backlash.damping_Ns_m", 120.0),
+    ("effects.load-backlash.gap_m", 2e-4),
+    ("effects.end-cushion.buffer_length_m", 0.24),
+    ("effects.end-cushion.buffer_stiffness_N_m", 2e3),
+    ("effects.end-cushion.buffer_damping_Ns_m", 30.0),
 ];
 
 /// Relative step of the central differences.

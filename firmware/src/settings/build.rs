@@ -163,6 +163,7 @@ impl Settings {
                 damping_n_s_per_m: self.friction.bristle_damping_n_s_per_m,
                 stribeck_velocity_m_per_s: self.friction.stribeck_velocity_m_per_s,
             },
+            effects: None,
         }
     }
 

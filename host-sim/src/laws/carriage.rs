@@ -1,5 +1,6 @@
 //! A free carriage driven by recorded pressures, predicting its position.
 
+use super::carriage_history::recall;
 use super::{InitialState, Output, Sink, Track, View};
 use crate::model::{Side, Values};
 use crate::recording::Recording;
@@ -60,7 +61,9 @@ pub(super) fn predict<R: Real>(
     let mut state = CarriageState::new(initial[0], initial[1]);
     let at_start = |p: &[f64]| p.get(rows.start).copied().unwrap_or(f64::NAN);
     let (p_a, p_b) = true_pa([a, b].map(at_start));
+    recall(&carriage, track, rows.start, &mut state);
     let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
+    let levels = carriage.levels(&state, levels);
     let drive_n = drive(p_a, p_b);
     state.deflection_m = start_deflection(&carriage.bristle, &levels, initial[1], drive_n);
     sink.row(rows.start, &[initial[0]], initial);

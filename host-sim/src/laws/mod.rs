@@ -9,6 +9,7 @@
 mod actuator;
 pub mod balance;
 mod carriage;
+mod carriage_history;
 mod chambers;
 mod force;
 mod motion;

@@ -5,11 +5,17 @@
 //! compares like with like, and an improved model goes onto the chip as
 //! parameters, not as code.
 
+mod carriage_effects;
 mod chamber_leakage;
+mod direction_dependent_friction;
+mod dwell_stiction;
+mod elastic_buffer;
 mod end_cushion;
 mod exhaust_back_pressure;
 mod friction_terms;
+mod load_coupling;
 mod piston_leakage;
+mod position_dependent_friction;
 mod slew_limit;
 mod spool_dynamics;
 mod supply_droop;
@@ -20,15 +26,21 @@ mod variable_heat_transfer;
 mod volume_node;
 mod wall_temperature;
 
+pub use carriage_effects::CarriageEffects;
 pub use chamber_leakage::ChamberLeakage;
+pub use direction_dependent_friction::DirectionDependentFriction;
+pub use dwell_stiction::{DwellStiction, FORGETTING_WAY_M};
+pub use elastic_buffer::ElasticBuffer;
 pub use end_cushion::EndCushion;
 pub use exhaust_back_pressure::{ExhaustBackPressure, SilencerState};
 pub use friction_terms::FrictionTerms;
+pub use load_coupling::{LoadCoupling, LoadState, Reaction};
 pub use piston_leakage::{Crossing, PistonLeakage};
+pub use position_dependent_friction::PositionDependentFriction;
 pub use slew_limit::SlewLimit;
 pub use spool_dynamics::{SpoolDynamics, SpoolState, SpoolTransition};
 pub use supply_droop::{SupplyDroop, TankState};
-pub use tube_line::{TubeLine, TubeState};
+pub use tube_line::{TubeEnd, TubeLine, TubeState};
 pub use valve_delay::{DELAY_CAPACITY, DelayLine, ValveDelay};
 pub use valve_hysteresis::ValveHysteresis;
 pub use variable_heat_transfer::{REFERENCE_DENSITY_KG_PER_M3, VariableHeatTransfer};

@@ -1,0 +1,79 @@
+//! The effects that live in the carriage's own step, together.
+
+use super::{
+    DirectionDependentFriction, DwellStiction, ElasticBuffer, LoadCoupling,
+    PositionDependentFriction,
+};
+use crate::carriage::CarriageState;
+use crate::friction::{Bristle, FrictionLevels};
+use crate::real::Real;
+
+/// Friction of place, direction and age, a load behind a spring, buffers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CarriageEffects<R> {
+    /// `position-dependent-friction`.
+    pub position_friction: PositionDependentFriction<R>,
+    /// `direction-dependent-friction`.
+    pub direction_friction: DirectionDependentFriction<R>,
+    /// `dwell-stiction`.
+    pub dwell_stiction: DwellStiction<R>,
+    /// `load-compliance`, `load-backlash`.
+    pub load: LoadCoupling<R>,
+    /// `end-cushion`, its elastic form.
+    pub elastic_buffer: ElasticBuffer<R>,
+}
+
+impl<R: Real> CarriageEffects<R> {
+    /// None of them.
+    pub fn neutral() -> Self {
+        Self {
+            position_friction: PositionDependentFriction::neutral(),
+            direction_friction: DirectionDependentFriction::NEUTRAL,
+            dwell_stiction: DwellStiction::NEUTRAL,
+            load: LoadCoupling::NEUTRAL,
+            elastic_buffer: ElasticBuffer::NEUTRAL,
+        }
+    }
+
+    /// These effects, unless all are neutral: what a carriage holds. A dual
+    /// number that is 0 but has a derivative is not neutral.
+    pub fn if_any(self) -> Option<Self> {
+        let neutral = self.position_friction.is_neutral()
+            && self.direction_friction.is_neutral()
+            && self.dwell_stiction.is_neutral()
+            && self.load.is_neutral()
+            && self.elastic_buffer.is_neutral();
+        (!neutral).then_some(self)
+    }
+
+    /// The friction levels where the carriage is, as it moves, after its dwell.
+    #[inline]
+    pub fn levels(
+        &self,
+        levels: FrictionLevels<R>,
+        bristle: &Bristle<R>,
+        state: &CarriageState<R>,
+    ) -> FrictionLevels<R> {
+        let levels = self
+            .position_friction
+            .levels(levels, state.position_m.value);
+        let (velocity, deflection) = (state.velocity_m_per_s, state.deflection_m);
+        let levels = self
+            .direction_friction
+            .levels(levels, bristle, velocity, deflection);
+        self.dwell_stiction.levels(levels, state.contact_age)
+    }
+
+    /// The age of the seal's contact after a step that ends at a velocity.
+    #[inline]
+    pub fn contact_age(
+        &self,
+        bristle: &Bristle<R>,
+        state: &CarriageState<R>,
+        velocity_m_per_s: R,
+        dt_s: R,
+    ) -> R {
+        self.dwell_stiction
+            .step(state.contact_age, bristle, velocity_m_per_s, dt_s)
+    }
+}
