@@ -24,3 +24,4 @@ pub mod settings;
 pub mod simulate;
 mod text;
 pub mod units;
+pub mod wire;
