@@ -272,7 +272,7 @@ impl<R: Real> Pneumatics<R> {
         } else {
             R::ZERO
         };
-        let through = self.tube.step(
+        let passed = self.tube.step(
             tube,
             &self.gas,
             tube_k,
@@ -286,10 +286,14 @@ impl<R: Real> Pneumatics<R> {
         );
         let port = Port {
             gas: node,
-            beyond_pa: tube.port_pa() - node.pressure_pa,
+            beyond_pa: passed.port_rise_pa,
         };
-        let line =
-            ChamberFlow::NONE.with(through, R::ZERO, tube_k, gas.temperature_k);
+        let line = ChamberFlow::NONE.with(
+            passed.into_chamber_kg_per_s,
+            R::ZERO,
+            tube_k,
+            gas.temperature_k,
+        );
         (line, port)
     }
 

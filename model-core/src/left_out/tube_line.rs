@@ -112,9 +112,8 @@ impl<R: Real> TubeLine<R> {
         self.length_m > R::ZERO
     }
 
-    /// One step; returns the mean flow into the chamber, kg/s. `valve` is the
-    /// flow into the first cell and its slope by that cell's pressure, at the
-    /// cell's present pressure.
+    /// One step; returns what passed. `valve` is the flow into the first cell and
+    /// its slope by that cell's pressure, at the cell's present pressure.
     pub fn step(
         &self,
         state: &mut TubeState<R>,
@@ -123,7 +122,7 @@ impl<R: Real> TubeLine<R> {
         valve: (R, R),
         chamber: &TubeEnd<R>,
         dt_s: R,
-    ) -> R {
+    ) -> Passed<R> {
         let quarter_pi = R::from_f64(core::f64::consts::FRAC_PI_4);
         let area_m2 = quarter_pi * self.diameter_m * self.diameter_m;
         let specific = gas.gas_constant_j_per_kg_k * temperature_k;
@@ -140,16 +139,30 @@ impl<R: Real> TubeLine<R> {
         let (flow, slope) = valve;
         let at_pa = state.port_pa();
         let mut end = *chamber;
-        let mut through = R::ZERO;
+        let mut passed = Passed {
+            into_chamber_kg_per_s: R::ZERO,
+            port_rise_pa: R::ZERO,
+        };
         for _ in 0..PARTS {
             let valve_now = (flow + slope * (state.port_pa() - at_pa), slope);
             line.step(state, valve_now, &end, dt_s * part);
             let out = state.mass_flows_kg_per_s[CELLS - 1];
             end.pressure_pa += dt_s * part * end.pa_per_kg * out;
-            through += part * out;
+            passed.into_chamber_kg_per_s += part * out;
+            passed.port_rise_pa += part * (state.port_pa() - at_pa);
         }
-        through
+        passed
     }
+}
+
+/// What a step of a tube comes to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passed<R> {
+    /// Mean flow into the chamber, kg/s.
+    pub into_chamber_kg_per_s: R,
+    /// How far the pressure at the valve has stood above that at the step's
+    /// beginning, in the mean, Pa: what the valve's flow has been depends on it.
+    pub port_rise_pa: R,
 }
 
 /// A tube made ready for steps of one length.
@@ -282,7 +295,7 @@ mod tests {
             let per_kg = 1.4 * 287.0 * 293.0 / 2e-5;
             for step in 0..2000 {
                 let valve = if (step / 50) % 2 == 0 { 5e-3 } else { -5e-3 };
-                let through = tube.step(
+                let passed = tube.step(
                     &mut state,
                     &gas,
                     293.15,
@@ -290,7 +303,7 @@ mod tests {
                     &end(chamber, per_kg),
                     1e-3,
                 );
-                chamber += per_kg * through * 1e-3;
+                chamber += per_kg * passed.into_chamber_kg_per_s * 1e-3;
                 assert!(state.port_pa().is_finite() && chamber.abs() < 2e7);
             }
         }
