@@ -1,0 +1,86 @@
+//! `truth-plant`: writes a case into a folder, as the practice rigs have it.
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+use truth_plant::{Case, Kind, Request, Strength};
+
+/// Draws a rig with concealed physics and writes its recordings.
+#[derive(Parser)]
+struct Arguments {
+    /// The seed that everything follows from.
+    #[arg(long)]
+    seed: u64,
+    /// single, pair, onset, nothing, parameters, dirty, other-form, off-list or
+    /// unobservable.
+    #[arg(long)]
+    kind: Kind,
+    /// An effect that is to be there.
+    #[arg(long)]
+    effect: Option<String>,
+    /// How large the effects are to be.
+    #[arg(long)]
+    strength: Option<Size>,
+    /// Multiplier of the sensors' noise.
+    #[arg(long)]
+    noise: Option<f64>,
+    /// The folder to write.
+    #[arg(long)]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Size {
+    Weak,
+    Medium,
+    Strong,
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("truth-plant: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    let mut request = Request::new(arguments.seed, arguments.kind);
+    if let Some(name) = &arguments.effect {
+        request = request.with_effect(name)?;
+    }
+    if let Some(size) = arguments.strength {
+        request = request.with_strength(match size {
+            Size::Weak => Strength::Weak,
+            Size::Medium => Strength::Medium,
+            Size::Strong => Strength::Strong,
+        });
+    }
+    if let Some(multiplier) = arguments.noise {
+        if !(multiplier >= 0.0 && multiplier.is_finite()) {
+            return Err(format!("--noise {multiplier}: expected a number of at least 0").into());
+        }
+        request = request.with_noise(multiplier);
+    }
+    write(&request.draw(), &arguments.out)
+}
+
+fn write(case: &Case, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let put = |name: &str, text: &str| {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|error| format!("cannot write {}: {error}", path.display()))
+    };
+    fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+    put("rig.toml", &case.rig_toml)?;
+    for (name, text) in case.train.iter().chain(&case.held_out) {
+        put(name, text)?;
+    }
+    put("truth.json", &case.truth.practice_json()?)?;
+    Ok(())
+}
