@@ -23,4 +23,5 @@ pub mod scenario;
 pub mod settings;
 pub mod simulate;
 mod text;
+pub mod trial;
 pub mod units;

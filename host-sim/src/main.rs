@@ -8,6 +8,7 @@ use host_sim::cli::{
     self, closed_loop::LoopArguments, compare::CompareArguments, controller::ControllerArguments,
     demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments, inspect::InspectArguments,
     record::RecordArguments, settings::SettingsArguments, simulate::SimulateArguments,
+    trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -31,6 +32,7 @@ enum Command {
     Record(RecordArguments),
     Settings(SettingsArguments),
     Simulate(SimulateArguments),
+    Trial(TrialArguments),
 }
 
 fn main() -> ExitCode {
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
         Command::Record(arguments) => cli::record::run(arguments, &mut out),
         Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
+        Command::Trial(arguments) => cli::trial::run(arguments, &mut out),
     };
     ExitCode::from(cli::exit_status(outcome))
 }

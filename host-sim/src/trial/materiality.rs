@@ -1,0 +1,96 @@
+//! Truth by ablation: an effect counts if taking it out of the plant changes
+//! what an honestly refitted model misses of the held-out recordings.
+//!
+//! The plant with this effect alone and the plant without any are recorded with
+//! the same references and noise; the rig's ordinary numbers are fitted to the
+//! training recordings of each; the held-out recordings are predicted. So an
+//! effect that ordinary numbers imitate completely is immaterial: a model
+//! without it is as good. In a pair each effect is judged as if it were alone.
+
+use super::refit::{Misfit, Refit};
+use serde::{Deserialize, Serialize};
+
+/// Part of the energy of the misfit without the effect that must come on top
+/// with it. A tenth of the energy is where the diagnosis itself begins to look.
+const MATERIAL: f64 = 0.10;
+/// The part that chance adds, in deviations: independent residuals number some
+/// thirtieth of the rows (the misfit of a pressure is correlated over about as
+/// many), and the energy of `n` of them varies by sqrt(2/n).
+const CHANCE_DEVIATIONS: f64 = 3.0;
+const ROWS_PER_INDEPENDENT: f64 = 30.0;
+
+/// Whether an effect counts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Materiality {
+    /// The effect.
+    pub effect: String,
+    /// It counts.
+    pub material: bool,
+    /// The output that it shows in most, relative to what is needed.
+    pub output: String,
+    /// Energy of that output's held-out misfit with the effect over that without.
+    pub energy_ratio: f64,
+    /// The ratio from which it is material.
+    pub needed: f64,
+}
+
+/// Compares the refitted model's misfit with the effect and without any.
+pub fn materiality(effect: &str, with: &Refit, without: &Refit) -> Materiality {
+    let pairs = with.held_out.iter().filter_map(|with| {
+        let without = without
+            .held_out
+            .iter()
+            .find(|one| one.output == with.output)?;
+        compared(with, without)
+    });
+    let excess = |one: &(String, f64, f64)| (one.1 - 1.0) / (one.2 - 1.0);
+    let most = pairs.max_by(|a, b| excess(a).total_cmp(&excess(b)));
+    let (output, energy_ratio, needed) = most.unwrap_or_default();
+    Materiality {
+        effect: effect.to_owned(),
+        material: !output.is_empty() && energy_ratio > needed,
+        output,
+        energy_ratio,
+        needed,
+    }
+}
+
+/// Output, ratio of the energies, ratio that is material.
+fn compared(with: &Misfit, without: &Misfit) -> Option<(String, f64, f64)> {
+    if without.mean_square <= 0.0 || with.count == 0 || without.count == 0 {
+        return None;
+    }
+    let variance = |misfit: &Misfit| 2.0 * ROWS_PER_INDEPENDENT / misfit.count as f64;
+    let chance = CHANCE_DEVIATIONS * (variance(with) + variance(without)).sqrt();
+    let ratio = with.mean_square / without.mean_square;
+    Some((with.output.clone(), ratio, 1.0 + MATERIAL.max(chance)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::Rig;
+
+    fn refit(mean_square: f64, count: usize) -> Refit {
+        Refit {
+            rig: Rig::default(),
+            train: Vec::new(),
+            held_out: vec![Misfit {
+                output: "chambers p_a 1".into(),
+                mean_square,
+                count,
+            }],
+        }
+    }
+
+    #[test]
+    fn prop_a_change_counts_above_the_floor_and_above_chance() {
+        let judged = |with: f64, count| materiality("e", &refit(with, count), &refit(4.0, count));
+        assert!(judged(8.0, 12_000).material);
+        assert!(!judged(4.2, 12_000_000).material);
+        assert!(judged(4.6, 12_000_000).material);
+        // Twenty rows: a factor of two may be chance.
+        assert!(!judged(8.0, 20).material);
+        assert!(!materiality("e", &refit(1.0, 0), &refit(4.0, 100)).material);
+    }
+}

@@ -1,0 +1,253 @@
+//! One case from plan to judgement.
+//!
+//! The order is what matters: the case is drawn and (if it is to be masked) its
+//! rig fitted; its files are written, without the truth; the tool reads those
+//! files and nothing else; then the truth is opened, checked against its seal,
+//! weighed by ablation, and the verdict is judged.
+
+use super::judge::{Judgement, judge};
+use super::masking::{Masking, masking};
+use super::materiality::{Materiality, materiality};
+use super::plan::{Concealment, Planned, Setting};
+use super::refit::{Refit, Seen, refit};
+use super::said::Said;
+use super::seal::{BrokenSeal, Opened, Seal};
+use crate::diagnose::diagnose;
+use crate::recording::Recording;
+use crate::rig::Rig;
+use crate::text::file_name;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use truth_plant::{Case, Strength, TrueEffect};
+
+/// Why a trial cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum TrialError {
+    /// A file cannot be written or read.
+    #[error("{path}: {problem}")]
+    File {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A truth is not what was sealed.
+    #[error("{case}: {broken}")]
+    Broken {
+        /// The case.
+        case: String,
+        /// The hashes.
+        broken: BrokenSeal,
+    },
+    /// The generator does not know what the plan asks for.
+    #[error("{0}: the generator has no such effect")]
+    Plan(String),
+}
+
+pub(super) fn file_error(path: &Path, problem: impl ToString) -> TrialError {
+    TrialError::File {
+        path: file_name(&path.display().to_string()),
+        problem: problem.to_string(),
+    }
+}
+
+/// What came of one case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CaseResult {
+    /// What was planned.
+    pub planned: Planned,
+    /// What was published of the truth beforehand.
+    pub seal: Seal,
+    /// The truth.
+    pub opened: Opened,
+    /// Which of its effects count.
+    pub materiality: Vec<Materiality>,
+    /// What the fit beforehand hid, where there was one.
+    pub masking: Option<Masking>,
+    /// What the tool said; none if it failed.
+    pub said: Option<Said>,
+    /// How it failed, if it did.
+    pub failure: Option<String>,
+    /// The judgement; a tool that failed is right in nothing.
+    pub judgement: Judgement,
+    /// Wall time of the tool, s.
+    pub seconds: f64,
+}
+
+/// Draws a planned case.
+///
+/// # Errors
+/// If the generator does not know its effect.
+pub fn drawn(planned: &Planned) -> Result<Case, TrialError> {
+    let request = planned.request();
+    let request = request.ok_or_else(|| TrialError::Plan(planned.to_string()))?;
+    Ok(request.draw())
+}
+
+/// The seal of a planned case.
+///
+/// # Errors
+/// If the case cannot be drawn.
+pub fn seal(setting: Setting, planned: &Planned) -> Result<Seal, TrialError> {
+    Ok(Opened::new(drawn(planned)?.truth, setting.seed, planned.number).seal())
+}
+
+/// Runs a case in a folder, which then holds its files and the verdict.
+///
+/// # Errors
+/// If a file cannot be written, or the truth does not fit its seal. That the
+/// tool fails is no error but a result.
+pub fn run(
+    setting: Setting,
+    planned: &Planned,
+    seal: &Seal,
+    folder: &Path,
+    progress: &dyn Fn(&str),
+) -> Result<CaseResult, TrialError> {
+    let mut case = drawn(planned)?;
+    progress("writing the case");
+    let masked = mask(planned, &mut case);
+    write_case(&case, folder)?;
+    let begin = Instant::now();
+    let said = catch_unwind(AssertUnwindSafe(|| diagnosed(&case, folder, progress)))
+        .unwrap_or_else(|_| Err("the tool panicked".into()));
+    let seconds = begin.elapsed().as_secs_f64();
+    let opened = Opened::new(case.truth.clone(), setting.seed, planned.number);
+    opened.check(seal).map_err(|broken| TrialError::Broken {
+        case: planned.to_string(),
+        broken,
+    })?;
+    let truth = serde_json::to_string_pretty(&opened).map_err(|e| file_error(folder, e))?;
+    write(&folder.join("truth.json"), &(truth + "\n"))?;
+    progress("weighing the truth");
+    let weighed = Weighed::of(&case, masked);
+    let (said, failure) = match said {
+        Ok(said) => (Some(said), None),
+        Err(failure) => (None, Some(failure)),
+    };
+    let judgement = judge(&opened.truth, &weighed.materiality, said.as_ref());
+    Ok(CaseResult {
+        planned: planned.clone(),
+        seal: seal.clone(),
+        opened,
+        materiality: weighed.materiality,
+        masking: weighed.masking,
+        said,
+        failure,
+        judgement,
+        seconds,
+    })
+}
+
+/// The affected recordings with the rig as drawn, and the rig fitted to them.
+struct Mask {
+    affected: Seen,
+    refit: Refit,
+}
+
+/// Puts the fitted rig in the place of the drawn one, if so planned.
+fn mask(planned: &Planned, case: &mut Case) -> Option<Mask> {
+    if planned.concealment != Concealment::Masked {
+        return None;
+    }
+    let affected = Seen::of(case).ok()?;
+    let refit = refit(&affected).ok()?;
+    case.rig_toml = refit.rig.to_toml();
+    Some(Mask { affected, refit })
+}
+
+fn write_case(case: &Case, folder: &Path) -> Result<(), TrialError> {
+    fs::create_dir_all(folder).map_err(|error| file_error(folder, error))?;
+    write(&folder.join("rig.toml"), &case.rig_toml)?;
+    for (name, text) in case.train.iter().chain(&case.held_out) {
+        write(&folder.join(name), text)?;
+    }
+    Ok(())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), TrialError> {
+    fs::write(path, text).map_err(|error| file_error(path, error))
+}
+
+/// The tool as the command line runs it: files in, verdict out.
+fn diagnosed(case: &Case, folder: &Path, progress: &dyn Fn(&str)) -> Result<Said, String> {
+    let rig = Rig::read(folder.join("rig.toml")).map_err(|error| error.to_string())?;
+    let read = |files: &[(String, String)]| -> Result<Vec<Recording>, String> {
+        let one = |(name, _): &(String, String)| {
+            let path: PathBuf = folder.join(name);
+            let mut recording =
+                Recording::read(path, &rig.signals).map_err(|error| error.to_string())?;
+            recording.name.clone_from(name);
+            Ok(recording)
+        };
+        files.iter().map(one).collect()
+    };
+    let train = read(&case.train)?;
+    let diagnosis = diagnose(&rig, train, || read(&case.held_out), progress)?;
+    let improved = folder.join("improved.toml");
+    fs::write(&improved, diagnosis.improved_rig.to_toml()).map_err(|error| error.to_string())?;
+    let verdict = serde_json::to_string_pretty(&diagnosis.verdict).map_err(|e| e.to_string())?;
+    fs::write(folder.join("verdict.json"), verdict + "\n").map_err(|error| error.to_string())?;
+    Said::of(&diagnosis.verdict).map_err(|error| error.to_string())
+}
+
+/// The truth weighed.
+struct Weighed {
+    materiality: Vec<Materiality>,
+    masking: Option<Masking>,
+}
+
+impl Weighed {
+    fn of(case: &Case, mask: Option<Mask>) -> Self {
+        let effects = &case.truth.effects;
+        let bare = effects
+            .iter()
+            .try_fold(case.clone(), |case, effect| case.without(&effect.name));
+        let clean = bare.and_then(|bare| refit(&Seen::of(&bare).ok()?).ok());
+        let materiality = effects
+            .iter()
+            .map(|effect| {
+                let with = alone(case, effect).and_then(|one| refit(&Seen::of(&one).ok()?).ok());
+                match (&with, &clean) {
+                    (Some(with), Some(clean)) => materiality(&effect.name, with, clean),
+                    _ => by_strength(effect),
+                }
+            })
+            .collect();
+        let masking = mask
+            .zip(clean)
+            .and_then(|(mask, clean)| masking(&mask.affected, &mask.refit, &clean).ok());
+        Self {
+            materiality,
+            masking,
+        }
+    }
+}
+
+/// The case with one of its effects only, and its rig as drawn.
+fn alone(case: &Case, effect: &TrueEffect) -> Option<Case> {
+    let others = case
+        .truth
+        .effects
+        .iter()
+        .filter(|one| one.name != effect.name);
+    let mut alone = case.clone();
+    for other in others {
+        alone = alone.without(&other.name)?;
+    }
+    Some(alone)
+}
+
+/// Where the refit has no answer, what was drawn decides.
+fn by_strength(effect: &TrueEffect) -> Materiality {
+    Materiality {
+        effect: effect.name.clone(),
+        material: effect.strength > Strength::Immaterial,
+        output: "the refit has no answer; by the strength drawn".into(),
+        energy_ratio: 1.0,
+        needed: 1.0,
+    }
+}
