@@ -57,6 +57,8 @@ const fn signed(key: &'static str, unit: &'static str) -> EffectParameter {
 
 /// A tube narrower than this is none: the law divides by its area.
 const NARROWEST_TUBE_M: f64 = 1e-4;
+/// No wall of a pneumatic axis is so much colder than its surroundings.
+const COLDEST_WALL_OFFSET_K: f64 = -100.0;
 /// A needle narrower than this is shut: the law divides by its area.
 const NARROWEST_NEEDLE_M2: f64 = 1e-9;
 /// The law divides by the bristle's stiffness.
@@ -141,7 +143,7 @@ pub const EFFECTS: &[Effect] = &[
     Effect {
         name: "wall-temperature",
         parameters: &[
-            signed("offset_K", "K"),
+            parameter("offset_K", "K", 0.0, COLDEST_WALL_OFFSET_K),
             parameter("heat_capacity_J_K", "J/K", 0.0, 0.0),
             parameter("outer_W_K", "W/K", 0.0, 0.0),
         ],

@@ -410,7 +410,14 @@ impl<R: Real> Chamber<R> {
     /// The wall's temperature at the start, K.
     #[inline]
     fn wall_k(&self) -> R {
-        self.wall_temperature_k + self.wall.offset_k
+        let coldest = R::from_f64(TEMPERATURE_RANGE_K[0]);
+        (self.wall_temperature_k + self.wall.offset_k).max(coldest)
+    }
+
+    /// The gas as the flow of the next step sees it at its start, within the ranges
+    /// that a step returns.
+    pub fn offered(&self, state: &ChamberState<R>) -> GasState<R> {
+        self.seen(saturated(state.gas_state()), R::ZERO)
     }
 
     /// The gas state with the temperature that flow and heat see: the state's

@@ -8,7 +8,7 @@ use crate::chamber::{Chamber, ChamberFlow, ChamberState};
 use crate::gas::Gas;
 use crate::left_out::{
     ChamberLeakage, Crossing, EndCushion, ExhaustBackPressure, PistonLeakage, SilencerState,
-    SupplyDroop, TankState, TubeLine, TubeState,
+    SupplyDroop, TankState, TubeEnd, TubeLine, TubeState,
 };
 use crate::real::Real;
 use crate::valve::{FlowLaw, GasState, PathAreas};
@@ -273,8 +273,11 @@ impl<R: Real> Pneumatics<R> {
             &self.gas,
             tube_k,
             (valve.mass_kg_per_s, valve.mass_slope),
-            (gas.pressure_pa, self.pa_per_kg(chamber, gas, position_m)),
-            needle,
+            &TubeEnd {
+                pressure_pa: gas.pressure_pa,
+                pa_per_kg: self.pa_per_kg(chamber, gas, position_m),
+                resistance_pa_s_per_kg: needle,
+            },
             dt_s,
         );
         let port = Port {
@@ -319,8 +322,8 @@ impl<R: Real> Pneumatics<R> {
 
     /// What crosses the piston from a into b.
     fn crossing(&self, state: &PneumaticState<R>, position_m: R, dt_s: R) -> Crossing<R> {
-        let a = self.chamber_a.seen(state.a.gas_state(), R::ZERO);
-        let b = self.chamber_b.seen(state.b.gas_state(), R::ZERO);
+        let a = self.chamber_a.offered(&state.a);
+        let b = self.chamber_b.offered(&state.b);
         let pa_per_kg = self.pa_per_kg(&self.chamber_a, a, position_m)
             + self.pa_per_kg(&self.chamber_b, b, position_m);
         self.piston_leak
@@ -336,7 +339,7 @@ impl<R: Real> Pneumatics<R> {
                     temperature_k: self.ambient.temperature_k,
                 }
             } else {
-                chamber.seen(state.gas_state(), R::ZERO)
+                chamber.offered(state)
             },
             beyond_pa: R::ZERO,
         };

@@ -226,10 +226,13 @@ fn prop_stable_at_1_khz_in_f32_from_hardly_there_to_absurd() {
     }
 }
 
+/// One way to switch an effect on.
+type Switch = (&'static str, fn(&mut Axis<f64>));
+
 #[test]
 fn prop_an_effect_that_is_hardly_there_is_hardly_seen() {
     let without = run::<f64>(1e-3, |_| ());
-    let cases: [(&str, fn(&mut Axis<f64>)); 6] = [
+    let cases: [Switch; 6] = [
         ("piston leak", |axis| {
             axis.pneumatics.piston_leak.orifice_area_m2 = 1e-14;
         }),

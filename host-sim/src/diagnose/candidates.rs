@@ -8,8 +8,11 @@ use crate::fit::law_problem::{FreeParameter, Scope};
 use crate::fit::{Parameter, Prior};
 use crate::laws::{Law, Track, white_noise};
 use crate::model::{Side, Values};
-use crate::rig::{ChamberModel, Rig};
+use crate::rig::{ChamberModel, PositionZero, Rig};
 use model_core::valve::GasState;
+
+/// No cushion is longer than this, m.
+const LONGEST_CUSHION_M: f64 = 0.06;
 
 /// One effect in one form at one place.
 #[derive(Clone, Debug, PartialEq)]
@@ -210,8 +213,11 @@ fn chamber_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
         all.push(position_skew(tracks));
     }
     all.push(pressure_sensor_lag(&sides, tracks));
+    all.extend(pressure_sensor_offsets(&sides));
+    all.extend(heat_candidates(rig, &sides));
+    all.extend(piston_leakage(rig, tracks, &sides));
     if rig.valve.is_some() {
-        all.extend(valve_candidates(tracks));
+        all.extend(valve_candidates(rig, tracks));
     }
     all
 }
@@ -290,22 +296,13 @@ fn leakage(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Vec<Candidate> {
     let Some((capacity, gas)) = thermal_capacity(rig, tracks, side) else {
         return Vec::new();
     };
-    let values = Values::<f64> {
-        rig,
-        keys: &[],
-        replaced: &[],
-    };
-    let specific = values.gas().gas_constant_j_per_kg_k / (values.gas().heat_capacity_ratio - 1.0);
-    let mass = capacity / specific;
+    let (mass, per_area) = mass_and_choked_flow(rig, capacity, gas);
     let letter = side.letter();
     let onset = |candidate: Candidate| match rig.vessel {
         Some(_) => opening_time(candidate, tracks),
         None => candidate,
     };
     let laminar = [100.0, 10.0].map(|decay_s| mass / decay_s / gas.pressure_pa.powi(2));
-    // Choked flow: m' = A Cd C1 p / sqrt(T), Cd about 0.82.
-    let per_area =
-        0.82 * values.gas().flow_coefficient * gas.pressure_pa / gas.temperature_k.sqrt();
     let orifice = [100.0, 10.0].map(|decay_s| mass / decay_s / per_area);
     // The least leak is not quite nought: there a law may skip it, and its
     // derivative with it.
@@ -322,6 +319,20 @@ fn leakage(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Vec<Candidate> {
             &orifice,
         )),
     ]
+}
+
+/// Mass of a chamber's gas, kg, and choked flow out of it per area, kg/(s m2):
+/// m' = A Cd C1 p / sqrt(T), Cd about 0.82.
+fn mass_and_choked_flow(rig: &Rig, capacity_j_k: f64, gas: GasState<f64>) -> (f64, f64) {
+    let values = Values::<f64> {
+        rig,
+        keys: &[],
+        replaced: &[],
+    };
+    let air = values.gas();
+    let specific = air.gas_constant_j_per_kg_k / (air.heat_capacity_ratio - 1.0);
+    let per_area = 0.82 * air.flow_coefficient * gas.pressure_pa / gas.temperature_k.sqrt();
+    (capacity_j_k / specific, per_area)
 }
 
 /// A leak test often begins with the vessel still connected: the instant at
@@ -378,12 +389,75 @@ fn pressure_sensor_lag(sides: &[Side], tracks: &[Track<'_>]) -> Candidate {
     )
 }
 
-fn valve_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
-    let row = row_s(tracks);
+/// An offset of each pressure sensor of its own.
+fn pressure_sensor_offsets(sides: &[Side]) -> Vec<Candidate> {
+    sides
+        .iter()
+        .map(|side| {
+            let place = match side {
+                Side::A => "sensor.p_a",
+                Side::B => "sensor.p_b",
+            };
+            Candidate::new("pressure-sensor-offset", &[place]).free(
+                &format!("offset_{}_Pa", side.letter()),
+                (-1e5, 1e5),
+                &[2e3, -2e3],
+            )
+        })
+        .collect()
+}
+
+/// Heat exchange that is not the declared one.
+fn heat_candidates(rig: &Rig, sides: &[Side]) -> Vec<Candidate> {
+    let exchanges = rig
+        .chambers
+        .as_ref()
+        .is_some_and(|chambers| chambers.heat_transfer_charging_w_m2k.is_some());
+    if !exchanges || rig.valve.is_none() {
+        return Vec::new();
+    }
+    let places: Vec<&'static str> = sides.iter().map(|side| side.place()).collect();
     vec![
+        Candidate::new("variable-heat-transfer", &places)
+            .free("density_exponent", (0.0, 3.0), &[0.3])
+            .free("flow_W_m2K", (0.0, 1e3), &[10.0, 60.0]),
+        Candidate::new("wall-temperature", &places).free("offset_K", (-80.0, 80.0), &[5.0, -5.0]),
+    ]
+}
+
+/// Gas that passes the piston's seal, by a gap or a hole.
+fn piston_leakage(rig: &Rig, tracks: &[Track<'_>], sides: &[Side]) -> Vec<Candidate> {
+    let whole = rig.vessel.is_none() && sides.len() == 2;
+    let Some((capacity, gas)) = thermal_capacity(rig, tracks, Side::A).filter(|_| whole) else {
+        return Vec::new();
+    };
+    // As the leak of a chamber: exchange of its gas in 100 s and in 10 s.
+    let (mass, per_area) = mass_and_choked_flow(rig, capacity, gas);
+    let places = [Side::A.place(), Side::B.place()];
+    let leak = |form| Candidate::new("piston-leakage", &places).form(form);
+    let laminar = [100.0, 10.0].map(|decay_s| mass / decay_s / gas.pressure_pa.powi(2));
+    let orifice = [100.0, 10.0].map(|decay_s| mass / decay_s / per_area);
+    vec![
+        leak("laminar").free(
+            "laminar_kg_s_Pa2",
+            (1e-6 * laminar[0], 1e3 * laminar[1]),
+            &laminar,
+        ),
+        leak("orifice").free("orifice_m2", (1e-6 * orifice[0], 1e3 * orifice[1]), &orifice),
+    ]
+}
+
+fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
+    let row = row_s(tracks);
+    let opening = rig
+        .valve
+        .as_ref()
+        .and_then(|valve| valve.exhaust_area_m2.last().copied())
+        .unwrap_or(1e-5);
+    let mut all = vec![
         Candidate::new("tube-line", &["valve-flow"])
             .free("length_m", (0.0, 10.0), &[0.5, 2.0])
-            .free("diameter_m", (0.002, 0.012), &[0.004]),
+            .free("diameter_m", (0.0015, 0.015), &[0.004]),
         Candidate::new("valve-delay", &["valve-command"]).free(
             "delay_s",
             (0.0, 50.0 * row),
@@ -396,12 +470,38 @@ fn valve_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
                 &[0.08 / row, 0.03 / row],
             )
             .free("damping_ratio", (0.3, 2.0), &[0.7]),
+        Candidate::new("slew-limit", &["valve-command"])
+            .free("rising_per_s", (1.0, 1e4), &[500.0, 100.0, 30.0])
+            .free("falling_per_s", (1.0, 1e4), &[500.0, 100.0, 30.0]),
         Candidate::new("valve-hysteresis", &["valve-command"]).free(
             "width",
             (0.0, 1.0),
             &[0.03, 0.1],
         ),
-    ]
+        // The tank drawn empty in a tenth and in half a second by an open valve.
+        Candidate::new("supply-droop", &["supply"])
+            .free("tank_volume_m3", (1e-5, 0.1), &[1e-3, 5e-3])
+            .free("feed_area_m2", (1e-8, 1e-3), &[0.3 * opening, opening]),
+        Candidate::new("exhaust-back-pressure", &["exhaust"]).free(
+            "silencer_area_m2",
+            (0.05 * opening, 50.0 * opening),
+            &[3.0 * opening, opening],
+        ),
+    ];
+    let near = nearest_end_m(rig, tracks);
+    if let Some(near) = near.filter(|&near| near < LONGEST_CUSHION_M) {
+        all.push(
+            Candidate::new("end-cushion", &["chamber-a", "chamber-b"])
+                .form("needle")
+                .free(
+                    "length_m",
+                    (near.max(1e-3), LONGEST_CUSHION_M),
+                    &[near + 0.005, near + 0.02],
+                )
+                .free("needle_area_m2", (1e-8, 1e-4), &[1e-6, 3e-7]),
+        );
+    }
+    all
 }
 
 fn actuator_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
@@ -479,10 +579,107 @@ fn friction_candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit_n: f64)
             &[0.2 * force, -0.2 * force],
         ));
     }
+    all.extend(carriage_candidates(rig, tracks, force));
     if law == Law::Force {
         all.push(position_skew(tracks));
     }
     all
+}
+
+/// What a carriage with friction and mass may leave out. Sizes begin where they
+/// begin to matter and at some times that: fractions of the friction declared.
+fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candidate> {
+    let place = &["force-balance"];
+    let mut all = Vec::new();
+    if let Some(coulomb) = rig.value("friction.coulomb_N") {
+        let shares = [0.05, 0.3];
+        all.push(
+            Candidate::new("direction-dependent-friction", place)
+                .free("asymmetry", (-0.9, 0.9), &[0.05, -0.05])
+                .free("viscous_asymmetry", (-0.9, 0.9), &[0.05, -0.05]),
+        );
+        all.extend(position_friction(rig, &shares));
+        all.push(
+            Candidate::new("dwell-stiction", place)
+                .free("rise_N", (0.0, 20.0 * coulomb), &[0.2 * coulomb, coulomb, coulomb])
+                .free("time_constant_s", (0.02, 50.0), &[1.0, 0.5, 3.0]),
+        );
+    }
+    if let Some(mass) = rig.value("carriage.mass_kg") {
+        let coupling = |effect, stiffness: &[f64], damping: f64| {
+            Candidate::new(effect, place)
+                .free("load_mass_kg", (0.0, 0.95 * mass), &[0.5 * mass])
+                .free("stiffness_N_m", (1e3, 5e6), stiffness)
+                .free("damping_Ns_m", (0.0, 5e3), &[damping])
+        };
+        all.push(coupling("load-compliance", &[3e4, 2e5], 100.0));
+        // A hard contact bounces: behind a recorded motion its blows fall at
+        // random. A soft one that does not bounce hands on the same momentum.
+        all.push(coupling("load-backlash", &[2e4], 700.0).free(
+            "gap_m",
+            (0.0, 1e-2),
+            &[1e-4, 4e-4, 1.2e-3, 3e-3],
+        ));
+    }
+    all.extend(elastic_cushion(rig, tracks, force));
+    all
+}
+
+/// A wave along the stroke, or a level that changes along it. A wave's length is
+/// found only from a start near it.
+fn position_friction(rig: &Rig, shares: &[f64]) -> Vec<Candidate> {
+    let Some(stroke) = rig.value("cylinder.stroke_m") else {
+        return Vec::new();
+    };
+    let place = &["force-balance"];
+    let waves: Vec<f64> = [1.0, 0.7, 0.5, 0.36, 0.26, 0.2, 0.15, 0.11, 0.08, 0.06, 0.04]
+        .iter()
+        .map(|share| share * stroke)
+        .collect();
+    vec![
+        Candidate::new("position-dependent-friction", place)
+            .form("wave")
+            .free("cosine", (-3.0, 3.0), &shares[..1])
+            .free("sine", (-3.0, 3.0), &shares[..1])
+            .free("wavelength_m", (0.02 * stroke, 3.0 * stroke), &waves),
+        Candidate::new("position-dependent-friction", place)
+            .form("slope")
+            .free("slope_per_m", (-20.0, 20.0), &[0.1, -0.1])
+            .free("curvature_per_m2", (-100.0, 100.0), &[0.1]),
+    ]
+}
+
+/// Buffers, where the recordings come near enough to an end.
+fn elastic_cushion(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Option<Candidate> {
+    let near = nearest_end_m(rig, tracks)?;
+    (near < LONGEST_CUSHION_M).then(|| {
+        let stiffness = 10.0 * force.max(1.0) / 1e-3;
+        Candidate::new("end-cushion", &["force-balance"])
+            .form("elastic")
+            .free(
+                "buffer_length_m",
+                (near.max(1e-3), LONGEST_CUSHION_M),
+                &[near + 0.005, near + 0.02],
+            )
+            .free("buffer_stiffness_N_m", (0.0, 1e7), &[0.1 * stiffness])
+            .free("buffer_damping_Ns_m", (0.0, 1e5), &[10.0])
+    })
+}
+
+/// How near the carriage comes to an end of its stroke, m.
+fn nearest_end_m(rig: &Rig, tracks: &[Track<'_>]) -> Option<f64> {
+    let stroke = rig.value("cylinder.stroke_m")?;
+    let low = match rig.cylinder.as_ref()?.position_zero? {
+        PositionZero::MidStroke => -0.5 * stroke,
+        PositionZero::EndA => 0.0,
+    };
+    let nearest = tracks
+        .iter()
+        .filter_map(|track| track.recording.signal("x"))
+        .flatten()
+        .map(|x| (x - low).min(low + stroke - x))
+        .fold(f64::INFINITY, f64::min);
+    nearest.is_finite().then_some(nearest.max(0.0))
 }
 
 /// Friction that grows with the mean pressure, and with the difference where

@@ -17,10 +17,13 @@
 //! at which the carriage leaves its place against the static level, one residual
 //! per event.
 
+use super::carriage_history::slope;
+use super::force::buffer_n;
 use super::{Output, Sink, Track};
-use crate::model::Values;
-use model_core::carriage::Carriage;
+use crate::model::{Side, Values};
+use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::{Bristle, FrictionLevels};
+use model_core::math::Compensated;
 use model_core::real::Real;
 
 /// Half width of the bump, s: 40 ms in all resolve the reversal of a hard
@@ -271,39 +274,68 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         return;
     };
     let carriage = values.carriage();
+    let (load, mass_kg) = carriage.load();
     let (declared, terms) = (values.friction_levels(), values.friction_terms());
     let bristle = values.bristle();
     let ambient = carriage.ambient_pressure_pa;
+    let offsets = Side::BOTH.map(|side| values.pressure_offset_pa(side));
     let time = &track.recording.time_s;
     let bump = Bump::new(super::motion::median_step_s(time));
     let mut gas: Vec<R> = Vec::with_capacity(track.len());
     let mut force: Vec<R> = Vec::with_capacity(track.len());
-    let mut deflection = R::ZERO;
-    let levels_at = |row: usize| {
-        let gauge = |p: &[f64]| R::from_f64(p[row]) - ambient;
-        terms.levels(&declared, gauge(a), gauge(b))
-    };
+    let mut ages: Vec<R> = Vec::with_capacity(track.len());
+    let mut events = breakaways(time, position).into_iter().peekable();
+    let mut breaks: Vec<(Breakaway, FrictionLevels<R>)> = Vec::new();
+    let velocity = |row: usize| R::from_f64(motion.velocity_m_per_s[row]);
+    let mut state = CarriageState::new(R::from_f64(motion.position_m[0]), velocity(0));
     for row in 0..track.len() {
-        let levels = levels_at(row);
-        let drive = carriage.drive_n(R::from_f64(a[row]), R::from_f64(b[row]));
-        gas.push(drive - terms.constant_force_n);
+        let p_a = R::from_f64(a[row]) - offsets[0];
+        let p_b = R::from_f64(b[row]) - offsets[1];
+        gas.push(carriage.drive_n(p_a, p_b) - terms.constant_force_n);
+        let before = row.saturating_sub(1);
+        let dt_s = (time[row] - time[before]).max(1e-9);
+        let way = motion.position_m[row] - motion.position_m[before];
+        let dt = R::from_f64(dt_s);
+        let load_n = match &load {
+            // A contact lasts a few rows: its velocity is hardly smoothed.
+            Some(load) if row > 0 => {
+                let [from, to] = [before, row].map(|row| R::from_f64(slope(time, position, row)));
+                load.follow(&mut state.load, from, to, dt)
+            }
+            _ => R::ZERO,
+        };
+        if let Some(effects) = &carriage.effects {
+            state.contact_age = effects.contact_age(&bristle, &state, velocity(row), dt);
+        }
+        ages.push(state.contact_age);
+        state.position_m = Compensated::new(R::from_f64(motion.position_m[row]));
+        state.velocity_m_per_s = velocity(row);
+        let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
+        let levels = carriage.levels(&state, levels);
+        if let Some(event) = events.next_if(|event| event.row <= row) {
+            // The smoothed velocity looks ahead of the break-away.
+            let standing = CarriageState {
+                contact_age: ages[row.saturating_sub(motion.half_width + 2)],
+                ..state
+            };
+            let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
+            breaks.push((event, carriage.levels(&standing, levels)));
+        }
         let dry = FrictionLevels {
             viscous_n_s_per_m: R::ZERO,
             ..levels
         };
-        let before = row.saturating_sub(1);
-        let dt_s = (time[row] - time[before]).max(1e-9);
-        let step = (motion.position_m[row] - motion.position_m[before]) / dt_s;
-        let driven = bristle.step_driven(&dry, R::from_f64(step), deflection, R::from_f64(dt_s));
-        deflection = driven.0;
-        let viscous = levels.viscous_n_s_per_m * R::from_f64(motion.velocity_m_per_s[row]);
-        force.push(gas[row] - driven.1 - viscous);
+        let step = R::from_f64(way / dt_s);
+        let (deflection, friction) = bristle.step_driven(&dry, step, state.deflection_m, dt);
+        state.deflection_m = deflection;
+        let viscous = levels.viscous_n_s_per_m * velocity(row);
+        let buffer = buffer_n(&carriage, &state);
+        force.push(gas[row] - friction - viscous - load_n - buffer);
     }
-    for event in breakaways(time, position) {
+    for (event, levels) in breaks {
         let Some((drive, noise_n, rate)) = event.force(time, &gas) else {
             continue;
         };
-        let levels = levels_at(event.row);
         let seen = seen_share(&carriage, &levels, rate);
         let held = levels.coulomb_n + (levels.static_n - levels.coulomb_n) * R::from_f64(seen);
         let scale = BREAKAWAY_NOISE_N / noise_n;
@@ -328,7 +360,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
                 .zip(&position[rows.start - 1..rows.end + 1])
                 .map(|(c, x)| c * (x - place))
                 .sum();
-            let mut mean = -carriage.mass_kg * R::from_f64(curved);
+            let mut mean = -mass_kg * R::from_f64(curved);
             for (weight, &force) in bump.weights.iter().zip(&force[rows]) {
                 mean += R::from_f64(*weight) * force;
             }

@@ -70,7 +70,7 @@ pub(super) fn recall<R: Real>(
 }
 
 /// Slope of a line through a few rows.
-fn slope(time_s: &[f64], values: &[f64], row: usize) -> f64 {
+pub(super) fn slope(time_s: &[f64], values: &[f64], row: usize) -> f64 {
     let rows = row.saturating_sub(CONTACT_REACH)..(row + CONTACT_REACH + 1).min(time_s.len());
     let middle_s = time_s[rows.clone()].iter().sum::<f64>() / rows.len() as f64;
     let (mut product, mut square) = (0.0, 0.0);

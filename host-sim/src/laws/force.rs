@@ -101,7 +101,7 @@ fn follow<R: Real>(
 }
 
 /// Force of the buffers, N.
-fn buffer_n<R: Real>(carriage: &Carriage<R>, state: &CarriageState<R>) -> R {
+pub(super) fn buffer_n<R: Real>(carriage: &Carriage<R>, state: &CarriageState<R>) -> R {
     let (position, velocity) = (state.position_m.value, state.velocity_m_per_s);
     carriage.effects.map_or(R::ZERO, |effects| {
         let buffers = effects.elastic_buffer;

@@ -43,6 +43,17 @@ pub struct TubeState<R> {
     pub mass_flow_kg_per_s: R,
 }
 
+/// What the line opens into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TubeEnd<R> {
+    /// The chamber's pressure, Pa.
+    pub pressure_pa: R,
+    /// Its rise per mass let in, Pa/kg.
+    pub pa_per_kg: R,
+    /// What stands between tube and chamber, Pa s/kg; usually nothing.
+    pub resistance_pa_s_per_kg: R,
+}
+
 impl<R: Real> TubeState<R> {
     /// Gas at rest.
     pub fn at_rest(pressure_pa: R) -> Self {
@@ -69,20 +80,16 @@ impl<R: Real> TubeLine<R> {
     }
 
     /// One step. `valve` is the flow into the node and its slope by the node's
-    /// pressure, at the node's present pressure; `chamber` the
-    /// chamber's pressure and its rise per mass let in (Pa, Pa/kg);
-    /// `end_resistance` what stands between tube and chamber, Pa s/kg.
+    /// pressure, at the node's present pressure.
     pub fn step(
         &self,
         state: &mut TubeState<R>,
         gas: &Gas<R>,
         temperature_k: R,
         valve: (R, R),
-        chamber: (R, R),
-        end_resistance: R,
+        chamber: &TubeEnd<R>,
         dt_s: R,
     ) {
-        let (chamber_pa, chamber_pa_per_kg) = chamber;
         let quarter_pi = R::from_f64(core::f64::consts::FRAC_PI_4);
         let area_m2 = quarter_pi * self.diameter_m * self.diameter_m;
         let specific = gas.gas_constant_j_per_kg_k * temperature_k;
@@ -93,9 +100,9 @@ impl<R: Real> TubeLine<R> {
         let free = state.pressure_pa + dt_s * node_pa_per_kg * valve_flow / softened;
         let drop = dt_s * node_pa_per_kg / softened;
         let inertia = self.length_m / area_m2 / dt_s;
-        let friction = self.friction(state, area_m2, specific) + end_resistance;
-        let flow = (inertia * state.mass_flow_kg_per_s + free - chamber_pa)
-            / (inertia + friction + drop + dt_s * chamber_pa_per_kg);
+        let friction = self.friction(state, area_m2, specific) + chamber.resistance_pa_s_per_kg;
+        let flow = (inertia * state.mass_flow_kg_per_s + free - chamber.pressure_pa)
+            / (inertia + friction + drop + dt_s * chamber.pa_per_kg);
         state.mass_flow_kg_per_s = flow;
         state.pressure_pa = free - drop * flow;
     }
@@ -117,6 +124,14 @@ impl<R: Real> TubeLine<R> {
 mod tests {
     use super::*;
 
+    fn end<R: Real>(pressure_pa: R, pa_per_kg: R) -> TubeEnd<R> {
+        TubeEnd {
+            pressure_pa,
+            pa_per_kg,
+            resistance_pa_s_per_kg: R::ZERO,
+        }
+    }
+
     #[test]
     fn val_steady_pressure_drop_of_one_metre_of_4_mm_tube() {
         // Dossier P1: 61 kPa/m at 5 g/s, 3.7 kPa/m at 1 g/s (4 mm, about 6 bar).
@@ -133,8 +148,7 @@ mod tests {
                     &gas,
                     293.15,
                     (flow, 0.0),
-                    (5.25e5, 0.0),
-                    0.0,
+                    &end(5.25e5, 0.0),
                     1e-3,
                 );
             }
@@ -165,8 +179,7 @@ mod tests {
                     &gas,
                     293.15,
                     (valve, -1e-9),
-                    (chamber, per_kg),
-                    0.0,
+                    &end(chamber, per_kg),
                     1e-3,
                 );
                 chamber += per_kg * state.mass_flow_kg_per_s * 1e-3;

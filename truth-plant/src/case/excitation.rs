@@ -57,9 +57,9 @@ struct Pulse {
 
 /// Pull of the open-loop courses to the middle, and the stronger one beyond the
 /// last position that they should reach.
-const PULL_V_PER_M: f64 = 4.0;
-const HARD_PULL_V_PER_M: f64 = 20.0;
-const OPEN_LOOP_REACH_M: f64 = 0.15;
+const PULL_V_PER_M: f64 = 5.0;
+const HARD_PULL_V_PER_M: f64 = 40.0;
+const OPEN_LOOP_REACH_M: f64 = 0.13;
 /// An engineer commands steps in closed loop with these (as the practice rigs).
 const STIFF_V_PER_M: f64 = 41.0;
 const SOFT_V_PER_M: f64 = 23.0;
@@ -113,6 +113,15 @@ impl Excitation {
             gain_v_per_m,
             damping_v_s_per_m: 1.1,
             null_v,
+        }
+    }
+
+    /// Where a drive that avoids all haste wants the carriage to start.
+    pub(super) fn start_m(&self) -> f64 {
+        match &self.course {
+            Course::Positions(points) => reference(points, 0.0).0,
+            Course::Sine { middle_m, .. } => *middle_m,
+            Course::Multisine(_) | Course::Bursts(_) => 0.0,
         }
     }
 
@@ -189,15 +198,15 @@ fn reference(points: &[Point], time_s: f64) -> (f64, f64) {
 
 /// Jumps on a raster of time, some left out.
 fn jumps(random: &mut Random, duration_s: f64, reach: Reach, largest_m: f64) -> Course {
-    let raster_s = random.between(0.3, 0.45);
+    let raster_s = random.between(0.3, 0.4);
     let mut points = Vec::new();
     let mut time_s = 0.0;
     while time_s < duration_s {
         let mut position_m = random.between(-largest_m, largest_m);
         if reach == Reach::ToTheEnds && random.chance(0.5) {
-            position_m = random.between(0.235, 0.248) * random.sign();
+            position_m = random.between(0.238, 0.247) * random.sign();
         }
-        let held = 1.0 + libm::floor(random.between(0.0, 2.4));
+        let held = if random.chance(0.7) { 1.0 } else { 2.0 };
         let end_s = time_s + held * raster_s;
         points.push(Point { time_s, position_m });
         points.push(Point {

@@ -142,14 +142,13 @@ pub(super) struct Plan {
     pub(super) stays: bool,
 }
 
-/// Effects that small and slow motion about the middle cannot show.
-const HIDDEN_BY_GENTLENESS: [&str; 6] = [
+/// Effects that small and slow motion about the middle cannot show, if they are
+/// not strong.
+const HIDDEN_BY_GENTLENESS: [&str; 4] = [
     "end-cushion",
     "exhaust-back-pressure",
     "slew-limit",
-    "load-compliance",
     "supply-droop",
-    "quadratic-friction",
 ];
 
 const STRENGTHS: [Strength; 3] = [Strength::Weak, Strength::Medium, Strength::Strong];
@@ -179,8 +178,13 @@ impl Plan {
         let noise = *random.one_of(&[1.0, 1.0, 1.0, 1.0, 1.0, 3.0, 3.0, 10.0]);
         let supply_recorded = random.chance(0.5) && !holds(SUPPLY_RIPPLE);
         let other_contact = *random.one_of(&[Presliding::ElastoPlastic, Presliding::MaxwellSlip]);
-        // A kind "other form" without such an effect is one of the contact.
-        let presliding = if kind == Kind::OtherForm && effects.is_empty() {
+        // Immaterial beside an effect of another form, or among small dirt.
+        let contact_differs = random.chance(match kind {
+            Kind::OtherForm => 0.3,
+            Kind::Dirty => 0.5,
+            _ => 0.0,
+        });
+        let presliding = if contact_differs {
             other_contact
         } else {
             Presliding::LuGre
@@ -221,6 +225,7 @@ fn strength(kind: Kind, drawn: Strength, wish: &Wish) -> Strength {
     match (kind, wish.strength) {
         (Kind::Dirty, _) => Strength::Immaterial,
         (_, Some(wished)) => wished,
+        (Kind::Unobservable, None) => drawn.min(Strength::Medium),
         _ => drawn,
     }
 }

@@ -9,7 +9,7 @@ mod truth;
 use std::fmt::Write as _;
 
 use belief::{Belief, Declared};
-use excitation::{Excitation, FILES, TRAINING};
+use excitation::{Excitation, FILES, Reach, TRAINING};
 pub use kind::{Kind, UnknownKind};
 use kind::{Plan, Wish};
 use nameplate::Nameplate;
@@ -91,13 +91,28 @@ impl Request {
     }
 
     /// The case.
-    pub fn draw(self) -> Case {
+    pub fn draw(&self) -> Case {
+        self.design().build()
+    }
+
+    /// The truth of the case, without making its recordings.
+    pub fn truth(&self) -> Truth {
+        let design = self.design();
+        let world = design.world();
+        design.truth(world)
+    }
+
+    /// [`Case::plant`] of the case, without making its recordings.
+    pub fn plant(&self) -> Plant {
+        self.design().plant()
+    }
+
+    fn design(&self) -> Design {
         let mut random = Random::new(self.seed, Purpose::Choice);
         Design {
             seed: self.seed,
             plan: Plan::draw(&mut random, self.kind, &self.wish),
         }
-        .build()
     }
 }
 
@@ -129,15 +144,7 @@ impl Case {
     /// The plant of this case, at rest in mid-stroke, with its effects present
     /// from the start: what a controller can be tried on.
     pub fn plant(&self) -> Plant {
-        let world = self.design.world();
-        let start = Start {
-            position_m: 0.0,
-            pressure_pa: 0.6 * world.nameplate.supply_pa,
-            seed: self.seed,
-            // A noise of its own, beyond those of the recordings.
-            recording: FILES.len(),
-        };
-        Plant::new(world.changed, start)
+        self.design.plant()
     }
 }
 
@@ -176,6 +183,18 @@ impl Design {
         }
     }
 
+    fn plant(&self) -> Plant {
+        let world = self.world();
+        let start = Start {
+            position_m: 0.0,
+            pressure_pa: [0.6 * world.nameplate.supply_pa; 2],
+            seed: self.seed,
+            // A noise of its own, beyond those of the recordings.
+            recording: FILES.len(),
+        };
+        Plant::new(world.changed, start)
+    }
+
     fn world(&self) -> World {
         let nameplate = Nameplate::draw(&mut Random::new(self.seed, Purpose::Plant));
         let mut usual = nameplate.physics(self.plan.noise);
@@ -212,8 +231,8 @@ impl Design {
             random.between(0.1 * free_s, free_s)
         };
         Some(Window {
-            from_s: libm::round(from_s / TICK_S) * TICK_S,
-            to_s: libm::round((from_s + length_s) / TICK_S) * TICK_S,
+            from_s: on_tick_s(from_s),
+            to_s: on_tick_s(from_s + length_s),
         })
     }
 
@@ -237,9 +256,14 @@ impl Design {
     fn record(&self, world: &World, recording: usize, null_v: f64) -> (String, String) {
         let excitation = self.excitation(recording, null_v);
         let mut random = Random::new(self.seed, Purpose::Excitation(FILES.len() + recording));
+        let anywhere_m = random.between(-0.05, 0.05);
         let start = Start {
-            position_m: random.between(-0.05, 0.05),
-            pressure_pa: random.between(0.48, 0.68) * world.nameplate.supply_pa,
+            position_m: if self.plan.reach == Reach::Gentle {
+                excitation.start_m()
+            } else {
+                anywhere_m
+            },
+            pressure_pa: [random.between(0.48, 0.68) * world.nameplate.supply_pa; 2],
             seed: self.seed,
             recording,
         };
@@ -302,4 +326,9 @@ impl Design {
             presliding: self.plan.presliding,
         }
     }
+}
+
+/// The nearest tick, as the decimal number that it is written as.
+fn on_tick_s(time_s: f64) -> f64 {
+    libm::round(time_s * 1e3) / 1e3
 }

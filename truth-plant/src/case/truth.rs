@@ -18,7 +18,7 @@ pub struct Truth {
     pub kind: Kind,
     /// Whether an effect is among them that no verdict has a name for.
     pub off_list: bool,
-    /// Whether the recordings can show the effects at all.
+    /// False if the recordings were driven so that they cannot show the effects.
     pub observable: bool,
     /// Multiplier of the sensors' noise.
     pub noise: f64,
@@ -43,7 +43,8 @@ pub struct TrueEffect {
     pub form: Form,
     /// Its form in words.
     pub law: String,
-    /// Its sizes, keys ending in their units.
+    /// Its sizes, keys ending in their units; those of `[effects.NAME]` in a rig
+    /// file where that knows the form.
     pub parameters: BTreeMap<String, f64>,
     /// When it is present, if not always.
     pub onset: Option<Onset>,

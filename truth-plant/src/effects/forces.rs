@@ -95,9 +95,9 @@ fn position_dependent(draw: &mut Draw<'_>) -> Applied {
     draw.physics.mechanics.friction.wave = Some(wave);
     let form = if wave.triangular { "triangle" } else { "sine" };
     let parameters = [
-        ("relative_amplitude", wave.amplitude),
-        ("period_m", wave.period_m),
-        ("phase_rad", wave.phase_rad),
+        ("cosine", wave.amplitude * libm::sin(wave.phase_rad)),
+        ("sine", wave.amplitude * libm::cos(wave.phase_rad)),
+        ("wavelength_m", wave.period_m),
     ];
     Applied::new(FORCE, form, parameters)
 }
@@ -121,7 +121,7 @@ fn dwell_stiction(draw: &mut Draw<'_>) -> Applied {
         "exponential of the rest"
     };
     let parameters = [
-        ("growth_N", dwell.growth_n),
+        ("rise_N", dwell.growth_n),
         ("time_constant_s", dwell.time_constant_s),
     ];
     Applied::new(FORCE, form, parameters)

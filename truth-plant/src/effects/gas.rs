@@ -95,8 +95,8 @@ fn tube_line(draw: &mut Draw<'_>) -> Applied {
 }
 
 fn piston_leakage(draw: &mut Draw<'_>) -> Applied {
-    // 1 to 15 l/min (ANR) from 5 to 4 bar.
-    let orifice_m2 = draw.size([4e-9, 4e-8, 1.4e-7, 4e-7]);
+    // 1 to 14 l/min (ANR) from 5 to 4 bar.
+    let orifice_m2 = draw.size([2.5e-9, 2.5e-8, 1.2e-7, 4e-7]);
     // A gap with the same flow from 5 to 4 bar.
     const GAP_PER_AREA: f64 = 7.5e-9;
     let leak = &mut draw.physics.network.piston_leak;
@@ -110,8 +110,8 @@ fn piston_leakage(draw: &mut Draw<'_>) -> Applied {
 }
 
 fn chamber_leakage(draw: &mut Draw<'_>) -> Applied {
-    // 1 to 12 l/min (ANR) from 4.3 bar to the surroundings.
-    let area_m2 = draw.size([3e-9, 3e-8, 1e-7, 3e-7]);
+    // 0.6 to 10 l/min (ANR) from 4.3 bar to the surroundings.
+    let area_m2 = draw.size([1.5e-9, 1.5e-8, 6e-8, 2.5e-7]);
     // A gap with the same flow from 4.3 bar.
     const GAP_PER_AREA: f64 = 4.7e-9;
     let leaking = *draw.random.one_of(&SIDES);
@@ -204,10 +204,7 @@ fn variable_heat_transfer(draw: &mut Draw<'_>) -> Applied {
     let heat = &mut draw.physics.network.heat;
     heat.per_flow_w_per_m2_k = per_flow;
     heat.density_exponent = exponent;
-    let parameters = [
-        ("per_gram_per_second_W_m2K", per_flow),
-        ("density_exponent", exponent),
-    ];
+    let parameters = [("flow_W_m2K", per_flow), ("density_exponent", exponent)];
     Applied::new(CHAMBERS, "density and flow", parameters)
 }
 
@@ -222,16 +219,16 @@ fn wall_temperature(draw: &mut Draw<'_>) -> Applied {
         warmer_k,
     });
     let parameters = [
-        ("warmer_K", warmer_k),
-        ("capacity_J_K", capacity_j_per_k),
-        ("outward_W_K", outward_w_per_k),
+        ("offset_K", warmer_k),
+        ("heat_capacity_J_K", capacity_j_per_k),
+        ("outer_W_K", outward_w_per_k),
     ];
     Applied::new(CHAMBERS, "wall with a heat capacity", parameters)
 }
 
 fn end_cushion(draw: &mut Draw<'_>) -> Applied {
-    let needle_m2 = draw.size([2e-5, 4e-6, 1.5e-6, 0.5e-6]);
-    let length_m = draw.random.between(0.015, 0.025);
+    let needle_m2 = draw.size([3e-6, 8e-7, 4e-7, 2e-7]);
+    let length_m = draw.random.between(0.018, 0.026);
     draw.physics.network.cushion = Some(Cushion {
         length_m,
         needle_m2,

@@ -48,7 +48,7 @@ fn quadratic_friction(draw: &mut Draw<'_>) -> Applied {
 }
 
 fn null_drift(draw: &mut Draw<'_>) -> Applied {
-    let drift_v_per_s = draw.size([0.2e-3, 2e-3, 5e-3, 12e-3]) * draw.random.sign();
+    let drift_v_per_s = draw.size([0.1e-3, 1e-3, 3e-3, 8e-3]) * draw.random.sign();
     draw.physics.command.drift_v_per_s = drift_v_per_s;
     let parameters = [("drift_V_s", drift_v_per_s)];
     Applied::new(COMMAND, "linear in time", parameters)

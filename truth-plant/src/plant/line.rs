@@ -150,12 +150,16 @@ impl Line {
             let speed = flow / (density * self.area_m2);
             let root = self.reynolds_root(flow);
             let mut loss_pa = self.friction_with_root_pa(root, speed, density);
+            let mut inertia_m = self.cell_length_m;
             if last {
+                // From the middle of the last cell to the mouth it is half a
+                // cell; its friction stands for that of the first half as well.
+                inertia_m *= 0.5;
                 loss_pa += END_LOSS * head_pa(speed, density);
                 loss_pa += orifice_loss_pa(flow, density, outlet_m2);
             }
             rate.flow_kg_per_s[cell] =
-                self.area_m2 / self.cell_length_m * (here.pressure_pa - next.pressure_pa - loss_pa);
+                self.area_m2 / inertia_m * (here.pressure_pa - next.pressure_pa - loss_pa);
             let stream = Stream::between(flow, here, next);
             rate.cells[cell].give(stream);
             if last {

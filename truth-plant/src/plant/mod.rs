@@ -56,8 +56,8 @@ pub struct Window {
 pub struct Start {
     /// Position of the carriage.
     pub position_m: f64,
-    /// Pressure of both chambers.
-    pub pressure_pa: f64,
+    /// Pressures of chambers a and b.
+    pub pressure_pa: [f64; 2],
     /// Seed of the noise.
     pub seed: u64,
     /// Which of the seed's noises.
@@ -91,11 +91,8 @@ impl Plant {
         start: Start,
         steps_per_tick: usize,
     ) -> Self {
-        let at_rest = |physics: &Physics| {
-            physics
-                .network
-                .at_rest(start.position_m, [start.pressure_pa; 2])
-        };
+        let at_rest =
+            |physics: &Physics| physics.network.at_rest(start.position_m, start.pressure_pa);
         let mut gas = at_rest(&usual);
         if let Some((physics, _)) = &changed {
             // Volumes that only the other physics has wait for it, filled.
@@ -178,6 +175,11 @@ impl Plant {
         let time_s = self.time_s();
         let physics = physics_at(&self.usual, &self.changed, time_s);
         reality(physics, &self.gas, &self.motion, time_s)
+    }
+
+    /// Position of the valve's spool, in volts of command.
+    pub fn spool_v(&self) -> f64 {
+        self.command.spool_v()
     }
 
     /// The gas as it is.
