@@ -2,6 +2,7 @@
 
 use super::{CommandError, inputs};
 use crate::text::file_name;
+use crate::trial::others::other;
 use crate::trial::plan::Planned;
 use crate::trial::{Scorecard, Setting, markdown, page, plan, run as run_case, seal};
 use clap::Args;
@@ -38,6 +39,10 @@ pub struct TrialArguments {
     /// Keep the cases' files in this folder; each holds its truth once it is open.
     #[arg(long)]
     pub keep: Option<PathBuf>,
+    /// Judge other tools too, by the verdicts NAME.json that they have written
+    /// into the kept folders.
+    #[arg(long, value_name = "NAME", num_args = 1.., requires = "keep")]
+    pub others: Vec<String>,
 }
 
 /// Runs the command.
@@ -83,6 +88,11 @@ pub fn run(arguments: &TrialArguments, out: &mut dyn Write) -> Result<(), Comman
         writeln!(out, "{}: {verdict}", planned.folder())?;
         out.flush()?;
     }
+    for name in &arguments.others {
+        let score = other(&card.cases, &work.root, name).map_err(inputs::bad_input)?;
+        card.others.insert(name.clone(), score);
+    }
+    card.write(&arguments.json).map_err(inputs::bad_input)?;
     write_reports(arguments, &card)?;
     summary(&card, out)
 }

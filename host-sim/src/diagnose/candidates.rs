@@ -443,7 +443,11 @@ fn piston_leakage(rig: &Rig, tracks: &[Track<'_>], sides: &[Side]) -> Vec<Candid
             (1e-6 * laminar[0], 1e3 * laminar[1]),
             &laminar,
         ),
-        leak("orifice").free("orifice_m2", (1e-6 * orifice[0], 1e3 * orifice[1]), &orifice),
+        leak("orifice").free(
+            "orifice_m2",
+            (1e-6 * orifice[0], 1e3 * orifice[1]),
+            &orifice,
+        ),
     ]
 }
 
@@ -601,7 +605,11 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
         all.extend(position_friction(rig, &shares));
         all.push(
             Candidate::new("dwell-stiction", place)
-                .free("rise_N", (0.0, 20.0 * coulomb), &[0.2 * coulomb, coulomb, coulomb])
+                .free(
+                    "rise_N",
+                    (0.0, 20.0 * coulomb),
+                    &[0.2 * coulomb, coulomb, coulomb],
+                )
                 .free("time_constant_s", (0.02, 50.0), &[1.0, 0.5, 3.0]),
         );
     }

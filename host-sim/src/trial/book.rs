@@ -6,6 +6,7 @@ use super::run::{CaseResult, TrialError, file_error};
 use super::score::Score;
 use super::seal::Seal;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -23,6 +24,9 @@ pub struct Scorecard {
     pub seals: Vec<Seal>,
     /// The sums.
     pub score: Score,
+    /// The sums of other tools on the same cases, by their names.
+    #[serde(default)]
+    pub others: BTreeMap<String, Score>,
     /// The cases, in the order of the plan.
     pub cases: Vec<CaseResult>,
 }
@@ -35,6 +39,7 @@ impl Scorecard {
             setting,
             seals,
             score: Score::default(),
+            others: BTreeMap::new(),
             cases: Vec::new(),
         }
     }
@@ -81,6 +86,8 @@ impl Scorecard {
     pub fn add(&mut self, case: CaseResult) {
         self.cases.push(case);
         self.score = Score::of(&self.cases);
+        // They have not seen this case.
+        self.others.clear();
     }
 
     /// Writes it so that no reader ever sees half of it.

@@ -187,11 +187,15 @@ fn sizes(effect: &TrueEffect, said: &Said) -> Vec<SizeError> {
     let Some(named) = said.named().iter().find(|one| one.effect == effect.name) else {
         return Vec::new();
     };
-    let of = |(key, &truth): (&String, &f64)| {
-        let (value, std) = stated(named, key)?;
+    let plain = effect
+        .parameters
+        .iter()
+        .filter(|(key, _)| !WAVE.contains(&key.as_str()))
+        .filter_map(|(key, &truth)| Some((key.as_str(), truth, stated(named, key)?)));
+    let size = |(key, truth, (value, std)): (&str, f64, (f64, Option<f64>))| {
         let off = (value - truth).abs();
         let covered = off <= COVERED * truth.abs() || std.is_some_and(|std| off <= 2.0 * std);
-        (truth != 0.0).then(|| SizeError {
+        (truth.abs() > 0.0).then(|| SizeError {
             parameter: format!("{}.{key}", effect.name),
             truth,
             value,
@@ -200,39 +204,32 @@ fn sizes(effect: &TrueEffect, said: &Said) -> Vec<SizeError> {
             covered,
         })
     };
-    effect.parameters.iter().filter_map(of).collect()
+    plain.chain(wave(effect, named)).filter_map(size).collect()
 }
 
-/// The stated value and deviation of a parameter in the truth's words. The two
-/// sides were written apart: some words differ.
+/// The stated value and deviation of a parameter in the truth's words.
 fn stated(named: &Named, key: &str) -> Option<(f64, Option<f64>)> {
-    if key == "relative_amplitude" {
-        return amplitude(named);
-    }
-    let key = match key {
-        "growth_N" => "rise_N",
-        "period_m" => "wavelength_m",
-        "mean_width" => "width",
-        "warmer_K" => "offset_K",
-        "capacity_J_K" => "heat_capacity_J_K",
-        "outward_W_K" => "outer_W_K",
-        same => same,
-    };
+    // A play of several widths is stated as the one that it amounts to.
+    let key = if key == "mean_width" { "width" } else { key };
     let size = named.parameters.get(key)?;
     Some((size.value?, size.std))
 }
 
-/// The amplitude of a wave that is stated as cosine and sine.
-fn amplitude(named: &Named) -> Option<(f64, Option<f64>)> {
-    let (cosine, sine) = (
-        named.parameters.get("cosine")?,
-        named.parameters.get("sine")?,
-    );
+/// A wave given as cosine and sine is judged by its amplitude: which of the two
+/// it is hangs on the wavelength.
+const WAVE: [&str; 2] = ["cosine", "sine"];
+
+type Stated = (f64, Option<f64>);
+
+fn wave(effect: &TrueEffect, named: &Named) -> Option<(&'static str, f64, Stated)> {
+    let [truth_c, truth_s] = WAVE.map(|key| effect.parameters.get(key).copied());
+    let [cosine, sine] = WAVE.map(|key| named.parameters.get(key).copied());
+    let (cosine, sine) = (cosine?, sine?);
     let (c, s) = (cosine.value?, sine.value?);
     let amplitude = c.hypot(s);
     let std = cosine.std.zip(sine.std).filter(|_| amplitude > 0.0);
     let std = std.map(|(of_c, of_s)| (c * of_c).hypot(s * of_s) / amplitude);
-    Some((amplitude, std))
+    Some(("amplitude", truth_c?.hypot(truth_s?), (amplitude, std)))
 }
 
 fn held_out(said: &Said) -> Option<HeldOut> {
@@ -265,4 +262,186 @@ fn overall(figures: &FitFigures) -> Option<f64> {
         .collect();
     let square: f64 = known.iter().map(|value| value * value).sum();
     (!known.is_empty()).then(|| (square / known.len() as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::said::{Located, Size, UnknownTerm};
+    use super::*;
+    use std::collections::BTreeMap;
+    use truth_plant::{Kind, Request};
+
+    /// A valve delay with its place and size.
+    fn truth() -> Truth {
+        let request = Request::new(3, Kind::Single).with_effect("valve-delay");
+        request.unwrap().truth()
+    }
+
+    fn weighed(effect: &str, material: bool) -> Vec<Materiality> {
+        vec![Materiality {
+            effect: effect.into(),
+            material,
+            output: String::new(),
+            energy_ratio: 1.0,
+            needed: 1.0,
+        }]
+    }
+
+    fn named(effect: &str, place: &str, probability: f64, parameters: &[(&str, f64, f64)]) -> Said {
+        let size = |&(key, value, std): &(&str, f64, f64)| {
+            let size = Size {
+                value: Some(value),
+                std: Some(std),
+            };
+            (key.to_owned(), size)
+        };
+        Said {
+            verdict: Word::Named,
+            effects: vec![Named {
+                effect: effect.into(),
+                places: vec![place.into()],
+                probability: Some(probability),
+                parameters: parameters.iter().map(size).collect(),
+                masked: None,
+            }],
+            ..Said::default()
+        }
+    }
+
+    #[test]
+    fn prop_the_right_name_is_right_and_its_size_is_judged() {
+        let (truth, weighed) = (truth(), weighed("valve-delay", true));
+        let delay_s = truth.effects[0].parameters["delay_s"];
+        let judged = |value: f64, std: f64| {
+            let said = named(
+                "valve-delay",
+                "valve-command",
+                0.99,
+                &[("delay_s", value, std)],
+            );
+            judge(&truth, &weighed, Some(&said))
+        };
+        let good = judged(1.1 * delay_s, 0.0);
+        assert!(good.right && good.named_first && good.complete && good.within_set);
+        assert!(good.place_right && good.confidently_wrong.is_empty() && !good.false_alarm);
+        assert!(good.sizes[0].covered && (good.sizes[0].relative - 0.1).abs() < 1e-9);
+        assert!(!judged(1.2 * delay_s, 0.0).sizes[0].covered);
+        assert!(judged(1.2 * delay_s, 0.11 * delay_s).sizes[0].covered);
+    }
+
+    #[test]
+    fn prop_a_wrong_name_is_wrong_whatever_its_place() {
+        let (truth, weighed) = (truth(), weighed("valve-delay", true));
+        let said = named("slew-limit", "valve-command", 0.95, &[]);
+        let judged = judge(&truth, &weighed, Some(&said));
+        assert!(!judged.right && !judged.within_set && judged.place_right);
+        assert_eq!(judged.confidently_wrong, ["slew-limit"]);
+        let unsure = judge(
+            &truth,
+            &weighed,
+            Some(&named("slew-limit", "valve-flow", 0.8, &[])),
+        );
+        assert!(unsure.confidently_wrong.is_empty() && !unsure.place_right);
+    }
+
+    #[test]
+    fn prop_alternatives_count_for_an_ambiguous_verdict_only() {
+        let (truth, weighed) = (truth(), weighed("valve-delay", true));
+        let mut said = named("slew-limit", "valve-command", 0.5, &[]);
+        said.alternatives = vec![vec!["slew-limit".into(), "valve-delay".into()]];
+        assert!(!judge(&truth, &weighed, Some(&said)).within_set);
+        said.verdict = Word::Ambiguous;
+        let judged = judge(&truth, &weighed, Some(&said));
+        assert!(judged.within_set && !judged.named_first && !judged.right);
+    }
+
+    #[test]
+    fn prop_where_nothing_counts_a_claim_is_a_false_alarm() {
+        let (truth, weighed) = (truth(), weighed("valve-delay", false));
+        let nothing = Said::default();
+        assert!(judge(&truth, &weighed, Some(&nothing)).right);
+        let wrong = judge(
+            &truth,
+            &weighed,
+            Some(&named("slew-limit", "valve-command", 0.4, &[])),
+        );
+        assert!(wrong.false_alarm && !wrong.right);
+        let small = judge(
+            &truth,
+            &weighed,
+            Some(&named("valve-delay", "valve-command", 0.4, &[])),
+        );
+        assert!(!small.false_alarm && small.named_immaterial && small.right);
+        let vague = Said {
+            verdict: Word::Unknown,
+            ..Said::default()
+        };
+        assert!(judge(&truth, &weighed, Some(&vague)).false_alarm);
+    }
+
+    #[test]
+    fn prop_the_nameless_is_right_as_unknown_at_its_place() {
+        let request = Request::new(3, Kind::OffList).with_effect("cable-drag");
+        let truth = request.unwrap().truth();
+        let weighed = weighed("cable-drag", true);
+        let at = |place: &str| Said {
+            verdict: Word::Unknown,
+            unknown_term: Some(UnknownTerm {
+                place: place.into(),
+                of: Vec::new(),
+            }),
+            located: vec![Located {
+                place: "chamber-a".into(),
+                share: Some(0.9),
+            }],
+            ..Said::default()
+        };
+        assert!(judge(&truth, &weighed, Some(&at("force-balance"))).right);
+        assert!(!judge(&truth, &weighed, Some(&at("valve-flow"))).right);
+        let forced = named("constant-force", "force-balance", 0.99, &[]);
+        let judged = judge(&truth, &weighed, Some(&forced));
+        assert!(!judged.right && judged.place_right && judged.confidently_wrong.len() == 1);
+    }
+
+    #[test]
+    fn prop_a_tool_that_failed_is_right_in_nothing() {
+        for material in [true, false] {
+            let judged = judge(&truth(), &weighed("valve-delay", material), None);
+            assert!(!judged.right && !judged.false_alarm && !judged.place_right);
+        }
+    }
+
+    #[test]
+    fn prop_a_pair_is_complete_with_both_names() {
+        let mut truth = truth();
+        let mut second = truth.effects[0].clone();
+        second.name = "piston-leakage".into();
+        truth.effects.push(second);
+        let mut both = weighed("valve-delay", true);
+        both.extend(weighed("piston-leakage", true));
+        let mut said = named("piston-leakage", "chamber-a", 0.9, &[]);
+        let half = judge(&truth, &both, Some(&said));
+        assert!(half.named_first && !half.complete);
+        said.effects
+            .extend(named("valve-delay", "valve-command", 0.8, &[]).effects);
+        assert!(judge(&truth, &both, Some(&said)).complete);
+    }
+
+    #[test]
+    fn prop_held_out_errors_are_told_worse_signal_by_signal() {
+        let figures = |a: f64, b: f64| FitFigures {
+            held_out: BTreeMap::from([("p_a".into(), Some(a)), ("p_b".into(), Some(b))]),
+            ..FitFigures::default()
+        };
+        let mut said = named("valve-delay", "valve-command", 0.99, &[]);
+        said.fit.as_given = figures(0.4, 0.4);
+        said.fit.refitted = figures(0.2, 0.2);
+        said.fit.improved = figures(0.05, 0.203);
+        let proof = judge(&truth(), &weighed("valve-delay", true), Some(&said)).held_out;
+        let proof = proof.unwrap();
+        assert!(!proof.worse && proof.improved < proof.refitted && proof.noise_floor.is_none());
+        said.fit.improved = figures(0.05, 0.21);
+        let proof = judge(&truth(), &weighed("valve-delay", true), Some(&said)).held_out;
+        assert!(proof.unwrap().worse);
+    }
 }

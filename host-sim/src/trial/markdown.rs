@@ -21,9 +21,37 @@ pub fn tables(card: &Scorecard) -> String {
             mark.reached
         );
     }
+    if !card.others.is_empty() {
+        beside(&mut text, card);
+    }
     rows(&mut text, "what was missing", &card.score.classes);
     rows(&mut text, "how it was concealed", &card.score.concealments);
     text
+}
+
+fn beside(text: &mut String, card: &Scorecard) {
+    let names: Vec<&str> = card.others.keys().map(String::as_str).collect();
+    let _ = writeln!(
+        text,
+        "\n| the same cases | pneuma | {} |",
+        names.join(" | ")
+    );
+    let _ = writeln!(text, "|---|---|{}", "---|".repeat(names.len()));
+    for mark in &card.score.marks {
+        let theirs = card.others.values().map(|score| {
+            let same = score.marks.iter().find(|other| other.title == mark.title);
+            same.map(|other| other.reached.to_string())
+                .unwrap_or_default()
+        });
+        let theirs: Vec<String> = theirs.collect();
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} |",
+            mark.title,
+            mark.reached,
+            theirs.join(" | ")
+        );
+    }
 }
 
 fn rows(text: &mut String, what: &str, rows: &[Row]) {

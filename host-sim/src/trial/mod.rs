@@ -13,7 +13,9 @@
 //! | `said` | what a tool said |
 //! | `judge` | the rules |
 //! | `run` | one case from plan to judgement |
+//! | `on_chip` | the firmware's control of the true plant, before and after |
 //! | `rate` | how often out of how many, with its interval |
+//! | `others` | other tools' verdicts on the same cases |
 //! | `score` | all cases summed up, held against the marks |
 //! | `book` | the scorecard's file: kept valid after every case, gone on with later |
 //! | `page`, `markdown` | the scorecard for people |
@@ -24,6 +26,8 @@ pub mod judge;
 pub mod markdown;
 pub mod masking;
 pub mod materiality;
+pub mod on_chip;
+pub mod others;
 pub mod page;
 pub mod plan;
 pub mod rate;

@@ -16,6 +16,12 @@ pub fn page(card: &Scorecard, how: Provenance) -> Page {
         page.tile(&mark.title, mark.reached.to_string(), "", mark_note(mark));
     }
     page.section("Marks", |section| section.table(marks(&card.score.marks)));
+    if !card.others.is_empty() {
+        page.section("Beside other tools", |section| {
+            section.text("The same cases, judged by the same rules.");
+            section.table(beside(card));
+        });
+    }
     page.section("By what was missing", |section| {
         section.text(HOW_COUNTED);
         rows(section, "class", &card.score.classes);
@@ -33,6 +39,10 @@ pub fn page(card: &Scorecard, how: Provenance) -> Page {
     });
     page.section("What was taken for what", |section| {
         section.matrix(confusion(card))
+    });
+    page.section("Back onto the chip", |section| {
+        section.text("The firmware's control task drives the true plant of every case whose effect was named rightly: moves of 10, 60 and 200 mm, sines at 0.5 and 1 Hz. The same motion and noise with three settings: the rig as given, refitted, and with what was found.");
+        section.table(on_chip(&card.cases));
     });
     page.section("Every case", |section| {
         section.text("Misses are emphasised.");
@@ -99,6 +109,26 @@ fn marks(marks: &[Mark]) -> Table {
         } else {
             table.row(cells)
         }
+    })
+}
+
+fn beside(card: &Scorecard) -> Table {
+    let tools = card.others.keys().map(String::as_str);
+    let table = Table::new(["what", "mark", "pneuma"].into_iter().chain(tools));
+    card.score.marks.iter().fold(table, |table, mark| {
+        let theirs = card.others.values().map(|score| {
+            let same = score.marks.iter().find(|other| other.title == mark.title);
+            Cell::from(
+                same.map(|other| other.reached.to_string())
+                    .unwrap_or_default(),
+            )
+        });
+        let own: [Cell; 3] = [
+            mark.title.clone().into(),
+            mark_note(mark).into(),
+            mark.reached.to_string().into(),
+        ];
+        table.row(own.into_iter().chain(theirs))
     })
 }
 
@@ -207,6 +237,41 @@ fn confusion(card: &Scorecard) -> Matrix {
         cells,
     )
     .decimals(0)
+}
+
+fn on_chip(all: &[CaseResult]) -> Table {
+    let table = Table::new([
+        "case",
+        "effects",
+        "rms mm: given",
+        "refitted",
+        "improved",
+        "worst mm: given",
+        "refitted",
+        "improved",
+        "command V/s: refitted",
+        "improved",
+        "outcome",
+    ]);
+    let driven = all
+        .iter()
+        .filter_map(|case| Some((case, case.on_chip.as_ref()?)));
+    driven.fold(table, |table, (case, tried)| {
+        let three = [&tried.given, &tried.refitted, &tried.improved].map(|tried| tried.tracking());
+        let mm =
+            |metres: Option<f64>| Cell::from(metres.map(|metres| Cell::number(1e3 * metres, 3)));
+        let rms = three.map(|one| mm(one.map(|one| one.rms_m)));
+        let worst = three.map(|one| mm(one.map(|one| one.worst_m)));
+        let activity = [three[1], three[2]]
+            .map(|one| Cell::from(one.map(|one| Cell::number(one.activity_v_per_s, 1))));
+        let names: [Cell; 2] = [
+            case.planned.folder().into(),
+            truth_word(&case.judgement).into(),
+        ];
+        let outcome: Cell = tried.remark().into();
+        let figures = names.into_iter().chain(rms).chain(worst).chain(activity);
+        table.row(figures.chain([outcome]))
+    })
 }
 
 fn cases(all: &[CaseResult]) -> Table {

@@ -8,6 +8,7 @@
 use super::judge::{Judgement, judge};
 use super::masking::{Masking, masking};
 use super::materiality::{Materiality, materiality};
+use super::on_chip::{OnChip, tried};
 use super::plan::{Concealment, Planned, Setting};
 use super::refit::{Refit, Seen, refit};
 use super::said::Said;
@@ -21,7 +22,7 @@ use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use truth_plant::{Case, Strength, TrueEffect};
+use truth_plant::{Case, Request, Strength, TrueEffect};
 
 /// Why a trial cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -73,26 +74,25 @@ pub struct CaseResult {
     pub failure: Option<String>,
     /// The judgement; a tool that failed is right in nothing.
     pub judgement: Judgement,
+    /// The true plant under the firmware's control, where an effect was named
+    /// rightly.
+    pub on_chip: Option<OnChip>,
     /// Wall time of the tool, s.
     pub seconds: f64,
 }
 
-/// Draws a planned case.
-///
-/// # Errors
-/// If the generator does not know its effect.
-pub fn drawn(planned: &Planned) -> Result<Case, TrialError> {
+fn request(planned: &Planned) -> Result<Request, TrialError> {
     let request = planned.request();
-    let request = request.ok_or_else(|| TrialError::Plan(planned.to_string()))?;
-    Ok(request.draw())
+    request.ok_or_else(|| TrialError::Plan(planned.to_string()))
 }
 
 /// The seal of a planned case.
 ///
 /// # Errors
-/// If the case cannot be drawn.
+/// If the generator does not know its effect.
 pub fn seal(setting: Setting, planned: &Planned) -> Result<Seal, TrialError> {
-    Ok(Opened::new(drawn(planned)?.truth, setting.seed, planned.number).seal())
+    let truth = request(planned)?.truth();
+    Ok(Opened::new(truth, setting.seed, planned.number).seal())
 }
 
 /// Runs a case in a folder, which then holds its files and the verdict.
@@ -107,12 +107,12 @@ pub fn run(
     folder: &Path,
     progress: &dyn Fn(&str),
 ) -> Result<CaseResult, TrialError> {
-    let mut case = drawn(planned)?;
+    let mut case = request(planned)?.draw();
     progress("writing the case");
     let masked = mask(planned, &mut case);
     write_case(&case, folder)?;
     let begin = Instant::now();
-    let said = catch_unwind(AssertUnwindSafe(|| diagnosed(&case, folder, progress)))
+    let answer = catch_unwind(AssertUnwindSafe(|| diagnosed(&case, folder, progress)))
         .unwrap_or_else(|_| Err("the tool panicked".into()));
     let seconds = begin.elapsed().as_secs_f64();
     let opened = Opened::new(case.truth.clone(), setting.seed, planned.number);
@@ -124,17 +124,20 @@ pub fn run(
     write(&folder.join("truth.json"), &(truth + "\n"))?;
     progress("weighing the truth");
     let weighed = Weighed::of(&case, masked);
-    let (said, failure) = match said {
-        Ok(said) => (Some(said), None),
-        Err(failure) => (None, Some(failure)),
+    let (said, failure) = match &answer {
+        Ok(answer) => (Some(answer.said.clone()), None),
+        Err(failure) => (None, Some(failure.clone())),
     };
     let judgement = judge(&opened.truth, &weighed.materiality, said.as_ref());
+    let named = answer.ok().filter(|_| judgement.named_first);
+    progress("controlling the true plant");
     Ok(CaseResult {
         planned: planned.clone(),
         seal: seal.clone(),
         opened,
         materiality: weighed.materiality,
         masking: weighed.masking,
+        on_chip: named.map(|answer| answer.on_chip(&case)),
         said,
         failure,
         judgement,
@@ -172,8 +175,27 @@ fn write(path: &Path, text: &str) -> Result<(), TrialError> {
     fs::write(path, text).map_err(|error| file_error(path, error))
 }
 
+/// What the tool gave.
+struct Answer {
+    said: Said,
+    given: Rig,
+    refitted: Rig,
+    improved: Rig,
+}
+
+impl Answer {
+    fn on_chip(&self, case: &Case) -> OnChip {
+        let try_rig = |rig: &Rig| tried(case.plant(), rig);
+        OnChip {
+            given: try_rig(&self.given),
+            refitted: try_rig(&self.refitted),
+            improved: try_rig(&self.improved),
+        }
+    }
+}
+
 /// The tool as the command line runs it: files in, verdict out.
-fn diagnosed(case: &Case, folder: &Path, progress: &dyn Fn(&str)) -> Result<Said, String> {
+fn diagnosed(case: &Case, folder: &Path, progress: &dyn Fn(&str)) -> Result<Answer, String> {
     let rig = Rig::read(folder.join("rig.toml")).map_err(|error| error.to_string())?;
     let read = |files: &[(String, String)]| -> Result<Vec<Recording>, String> {
         let one = |(name, _): &(String, String)| {
@@ -187,11 +209,25 @@ fn diagnosed(case: &Case, folder: &Path, progress: &dyn Fn(&str)) -> Result<Said
     };
     let train = read(&case.train)?;
     let diagnosis = diagnose(&rig, train, || read(&case.held_out), progress)?;
-    let improved = folder.join("improved.toml");
-    fs::write(&improved, diagnosis.improved_rig.to_toml()).map_err(|error| error.to_string())?;
+    let put = |name: &str, text: String| {
+        fs::write(folder.join(name), text).map_err(|error| error.to_string())
+    };
+    put("improved.toml", diagnosis.improved_rig.to_toml())?;
     let verdict = serde_json::to_string_pretty(&diagnosis.verdict).map_err(|e| e.to_string())?;
-    fs::write(folder.join("verdict.json"), verdict + "\n").map_err(|error| error.to_string())?;
-    Said::of(&diagnosis.verdict).map_err(|error| error.to_string())
+    put("verdict.json", verdict + "\n")?;
+    let refitted = diagnosis
+        .verdict
+        .parameters
+        .iter()
+        .filter_map(|(key, one)| Some((key.clone(), one.refitted?)))
+        .filter(|(key, _)| rig.value(key).is_some())
+        .collect();
+    Ok(Answer {
+        said: Said::of(&diagnosis.verdict).map_err(|error| error.to_string())?,
+        refitted: rig.with_values(&refitted),
+        improved: diagnosis.improved_rig,
+        given: rig,
+    })
 }
 
 /// The truth weighed.

@@ -156,6 +156,9 @@ pub struct Said {
     /// The proof.
     #[serde(default)]
     pub fit: Fit,
+    /// Time that the tool says it took, s.
+    #[serde(default)]
+    pub seconds: Option<f64>,
 }
 
 impl Said {
