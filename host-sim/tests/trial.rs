@@ -2,7 +2,7 @@
 
 use host_sim::report::Provenance;
 use host_sim::trial::judge::judge;
-use host_sim::trial::materiality::Materiality;
+use host_sim::trial::materiality::{Materiality, weigh};
 use host_sim::trial::others::other;
 use host_sim::trial::plan::{Class, Planned};
 use host_sim::trial::said::{Named, Said, Word};
@@ -10,7 +10,7 @@ use host_sim::trial::seal::Opened;
 use host_sim::trial::{CaseResult, Scorecard, Setting, markdown, page, plan, seal};
 use std::fs;
 use std::path::PathBuf;
-use truth_plant::Kind;
+use truth_plant::{Kind, Request, Strength};
 
 const SETTING: Setting = Setting {
     seed: 5,
@@ -218,4 +218,19 @@ fn regress_page_and_tables_show_marks_and_misses() {
         .map(|line| line.matches('|').count())
         .collect();
     assert!(widths.len() == 2 && widths[0] == widths[1], "{widths:?}");
+}
+
+#[test]
+fn val_ablation_tells_what_counts_from_what_does_not() {
+    let material = |strength: Strength| {
+        let request = Request::new(31, Kind::Single).with_noise(1.0);
+        let request = request.with_effect("valve-delay").unwrap();
+        let weighed = weigh(&request.with_strength(strength).draw());
+        assert!(weighed.clean.is_some());
+        weighed.materiality[0].clone()
+    };
+    let strong = material(Strength::Strong);
+    assert!(strong.material && strong.energy_ratio > 2.0, "{strong:?}");
+    let immaterial = material(Strength::Immaterial);
+    assert!(!immaterial.material, "{immaterial:?}");
 }

@@ -7,8 +7,9 @@
 //! effect that ordinary numbers imitate completely is immaterial: a model
 //! without it is as good. In a pair each effect is judged as if it were alone.
 
-use super::refit::{Misfit, Refit};
+use super::refit::{Misfit, Refit, Seen, refit};
 use serde::{Deserialize, Serialize};
+use truth_plant::{Case, Strength, TrueEffect};
 
 /// Part of the energy of the misfit without the effect that must come on top
 /// with it. A tenth of the energy is where the diagnosis itself begins to look.
@@ -32,6 +33,58 @@ pub struct Materiality {
     pub energy_ratio: f64,
     /// The ratio from which it is material.
     pub needed: f64,
+}
+
+/// The effects of a case weighed.
+#[derive(Clone, Debug)]
+pub struct Weighed {
+    /// By effect.
+    pub materiality: Vec<Materiality>,
+    /// The refit of the plant without effects; none if it has no answer.
+    pub clean: Option<Refit>,
+}
+
+/// Weighs every effect of a case by taking it out.
+pub fn weigh(case: &Case) -> Weighed {
+    let effects = &case.truth.effects;
+    let bare = effects
+        .iter()
+        .try_fold(case.clone(), |case, effect| case.without(&effect.name));
+    let clean = bare.as_ref().and_then(refitted);
+    let weighed = |effect: &TrueEffect| {
+        let with = alone(case, effect).as_ref().and_then(refitted);
+        match (&with, &clean) {
+            (Some(with), Some(clean)) => materiality(&effect.name, with, clean),
+            _ => by_strength(effect),
+        }
+    };
+    Weighed {
+        materiality: effects.iter().map(weighed).collect(),
+        clean,
+    }
+}
+
+fn refitted(case: &Case) -> Option<Refit> {
+    refit(&Seen::of(case).ok()?).ok()
+}
+
+/// The case with one of its effects only, and its rig as drawn.
+fn alone(case: &Case, effect: &TrueEffect) -> Option<Case> {
+    let others = case.truth.effects.iter();
+    others
+        .filter(|one| one.name != effect.name)
+        .try_fold(case.clone(), |case, other| case.without(&other.name))
+}
+
+/// Where the refit has no answer, what was drawn decides.
+fn by_strength(effect: &TrueEffect) -> Materiality {
+    Materiality {
+        effect: effect.name.clone(),
+        material: effect.strength > Strength::Immaterial,
+        output: "the refit has no answer; by the strength drawn".into(),
+        energy_ratio: 1.0,
+        needed: 1.0,
+    }
 }
 
 /// Compares the refitted model's misfit with the effect and without any.

@@ -7,7 +7,7 @@
 
 use super::judge::{Judgement, judge};
 use super::masking::{Masking, masking};
-use super::materiality::{Materiality, materiality};
+use super::materiality::{Materiality, weigh};
 use super::on_chip::{OnChip, tried};
 use super::plan::{Concealment, Planned, Setting};
 use super::refit::{Refit, Seen, refit};
@@ -22,7 +22,7 @@ use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use truth_plant::{Case, Request, Strength, TrueEffect};
+use truth_plant::{Case, Request};
 
 /// Why a trial cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -123,7 +123,10 @@ pub fn run(
     let truth = serde_json::to_string_pretty(&opened).map_err(|e| file_error(folder, e))?;
     write(&folder.join("truth.json"), &(truth + "\n"))?;
     progress("weighing the truth");
-    let weighed = Weighed::of(&case, masked);
+    let weighed = weigh(&case);
+    let masking = masked
+        .zip(weighed.clean)
+        .and_then(|(mask, clean)| mask.masking(&clean));
     let (said, failure) = match &answer {
         Ok(answer) => (Some(answer.said.clone()), None),
         Err(failure) => (None, Some(failure.clone())),
@@ -136,7 +139,7 @@ pub fn run(
         seal: seal.clone(),
         opened,
         materiality: weighed.materiality,
-        masking: weighed.masking,
+        masking,
         on_chip: named.map(|answer| answer.on_chip(&case)),
         said,
         failure,
@@ -149,6 +152,12 @@ pub fn run(
 struct Mask {
     affected: Seen,
     refit: Refit,
+}
+
+impl Mask {
+    fn masking(&self, clean: &Refit) -> Option<Masking> {
+        masking(&self.affected, &self.refit, clean).ok()
+    }
 }
 
 /// Puts the fitted rig in the place of the drawn one, if so planned.
@@ -228,62 +237,4 @@ fn diagnosed(case: &Case, folder: &Path, progress: &dyn Fn(&str)) -> Result<Answ
         improved: diagnosis.improved_rig,
         given: rig,
     })
-}
-
-/// The truth weighed.
-struct Weighed {
-    materiality: Vec<Materiality>,
-    masking: Option<Masking>,
-}
-
-impl Weighed {
-    fn of(case: &Case, mask: Option<Mask>) -> Self {
-        let effects = &case.truth.effects;
-        let bare = effects
-            .iter()
-            .try_fold(case.clone(), |case, effect| case.without(&effect.name));
-        let clean = bare.and_then(|bare| refit(&Seen::of(&bare).ok()?).ok());
-        let materiality = effects
-            .iter()
-            .map(|effect| {
-                let with = alone(case, effect).and_then(|one| refit(&Seen::of(&one).ok()?).ok());
-                match (&with, &clean) {
-                    (Some(with), Some(clean)) => materiality(&effect.name, with, clean),
-                    _ => by_strength(effect),
-                }
-            })
-            .collect();
-        let masking = mask
-            .zip(clean)
-            .and_then(|(mask, clean)| masking(&mask.affected, &mask.refit, &clean).ok());
-        Self {
-            materiality,
-            masking,
-        }
-    }
-}
-
-/// The case with one of its effects only, and its rig as drawn.
-fn alone(case: &Case, effect: &TrueEffect) -> Option<Case> {
-    let others = case
-        .truth
-        .effects
-        .iter()
-        .filter(|one| one.name != effect.name);
-    let mut alone = case.clone();
-    for other in others {
-        alone = alone.without(&other.name)?;
-    }
-    Some(alone)
-}
-
-/// Where the refit has no answer, what was drawn decides.
-fn by_strength(effect: &TrueEffect) -> Materiality {
-    Materiality {
-        effect: effect.name.clone(),
-        material: effect.strength > Strength::Immaterial,
-        output: "the refit has no answer; by the strength drawn".into(),
-        energy_ratio: 1.0,
-        needed: 1.0,
-    }
 }
