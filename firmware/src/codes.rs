@@ -5,6 +5,7 @@
 //! front ends are dimensioned for them.
 
 use model_core::controller::Measurements;
+use model_core::real::Real;
 
 /// A converter's code, 0..=65535 over its full scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,8 +52,26 @@ pub const VELOCITY_M_PER_S: Scale = Scale::new(-2.0, 2.0);
 pub const COMMAND_V: Scale = Scale::new(0.0, 10.0);
 
 const FULL_SCALE: f32 = 65_535.0;
-/// Codes between the steps of a 12-bit converter, which ignores the low 4 bits.
-const CODES_PER_12_BIT_STEP: u16 = 16;
+
+/// How fine the valve's converter is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ValveConverter {
+    /// 12 bits: it ignores the low 4 of a code.
+    #[default]
+    TwelveBits,
+    /// All bits of a code.
+    SixteenBits,
+}
+
+impl ValveConverter {
+    /// Codes from one of its steps to the next.
+    const fn codes_per_step(self) -> u16 {
+        match self {
+            Self::TwelveBits => 16,
+            Self::SixteenBits => 1,
+        }
+    }
+}
 
 impl Scale {
     /// A scale between the values of the lowest and the highest code.
@@ -112,16 +131,32 @@ impl AdcCodes {
     }
 }
 
-/// Commands to the steps of a 12-bit converter. What a step leaves over is added
-/// to the next command (first-order noise shaping): the mean over some ticks,
-/// which is all that the spool and the chambers see, is finer than the steps of
-/// 2.4 mV, each of which would be some kilopascal.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Commands to the steps of the valve's converter. What a step leaves over is
+/// added to the next command (first-order noise shaping): the mean over some
+/// ticks, which is all that the spool and the chambers see, is finer than the
+/// steps. Those of 12 bits are 2.4 mV, each of which would be some kilopascal;
+/// those of 16 bits are 0.15 mV.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandShaper {
+    codes_per_step: u16,
     left_over_codes: f32,
 }
 
 impl CommandShaper {
+    /// A shaper that has left nothing over.
+    pub fn new(converter: ValveConverter) -> Self {
+        Self {
+            codes_per_step: converter.codes_per_step(),
+            left_over_codes: 0.0,
+        }
+    }
+
+    /// Begins anew.
+    #[inline]
+    pub fn forget(&mut self) {
+        self.left_over_codes = 0.0;
+    }
+
     /// The code to write for a command in V; a command that is no number asks
     /// for `safe_v` instead.
     #[inline]
@@ -136,11 +171,14 @@ impl CommandShaper {
         } else {
             safe_v
         };
-        let step = f32::from(CODES_PER_12_BIT_STEP);
+        let step = f32::from(self.codes_per_step);
+        let last = FULL_SCALE - (step - 1.0);
         let wanted = COMMAND_V.place(command_v) + self.left_over_codes;
-        let steps = (wanted * (1.0 / step) + 0.5).clamp(0.0, 4095.0) as u16;
-        let code = steps * CODES_PER_12_BIT_STEP;
-        self.left_over_codes = (wanted - f32::from(code)).clamp(-step, step);
+        // The low bits, which a coarser converter ignores, are cleared; a step is
+        // a power of two.
+        let nearest = Real::clamp(wanted + 0.5 * step, 0.0, last) as u16;
+        let code = nearest & !(self.codes_per_step - 1);
+        self.left_over_codes = Real::clamp(wanted - f32::from(code), -step, step);
         DacCode(code)
     }
 }
@@ -149,25 +187,47 @@ impl CommandShaper {
 mod tests {
     use super::*;
 
+    const BOTH: [ValveConverter; 2] = [ValveConverter::TwelveBits, ValveConverter::SixteenBits];
+
     #[test]
     fn prop_shaped_codes_mean_the_command() {
-        let mut shaper = CommandShaper::default();
-        let command_v = 5.001_3;
-        let codes: f64 = (0..1000)
-            .map(|_| f64::from(shaper.code(command_v, 5.0).0))
-            .sum();
-        let mean_v = codes / 1000.0 * 10.0 / 65_535.0;
-        assert!((mean_v - f64::from(command_v)).abs() < 1e-5, "{mean_v}");
+        for (converter, step) in BOTH.into_iter().zip([16, 1]) {
+            let mut shaper = CommandShaper::new(converter);
+            let command_v = 5.001_3;
+            let codes = [(); 1000].map(|()| shaper.code(command_v, 5.0).0);
+            assert!(codes.iter().all(|code| code % step == 0));
+            let sum: f64 = codes.iter().copied().map(f64::from).sum();
+            let mean_v = sum / 1000.0 * 10.0 / 65_535.0;
+            assert!((mean_v - f64::from(command_v)).abs() < 1e-5, "{mean_v}");
+            // And each is one of the two steps about it.
+            let place = COMMAND_V.place(command_v);
+            let furthest = codes.iter().map(|code| (f32::from(*code) - place).abs());
+            assert!(furthest.fold(0.0, f32::max) < f32::from(step));
+        }
     }
 
     #[test]
     fn prop_a_command_beyond_the_scale_or_without_a_value_is_safe() {
-        let mut shaper = CommandShaper::default();
-        assert_eq!(shaper.code(12.0, 5.0).0, 4095 * 16);
-        let mut shaper = CommandShaper::default();
-        assert_eq!(shaper.code(-3.0, 5.0).0, 0);
-        let mut shaper = CommandShaper::default();
-        assert_eq!(shaper.code(f32::NAN, 5.0).0, 2048 * 16);
+        for (converter, ends) in BOTH
+            .into_iter()
+            .zip([(4095 * 16, 2048 * 16), (65_535, 32_768)])
+        {
+            let code = |command_v: f32| CommandShaper::new(converter).code(command_v, 5.0).0;
+            assert_eq!((code(12.0), code(f32::NAN)), ends);
+            assert_eq!(code(-3.0), 0);
+        }
+    }
+
+    #[test]
+    fn val_12_bit_codes_are_the_nearest_steps() {
+        // All steps and the places between them, against whole numbers.
+        for code in 0..=u16::MAX {
+            let command_v = COMMAND_V.value(code);
+            let shaped = CommandShaper::new(ValveConverter::TwelveBits).code(command_v, 5.0);
+            let place = COMMAND_V.place(command_v);
+            let nearest = ((place / 16.0 + 0.5) as u16).min(4095) * 16;
+            assert_eq!(shaped.0, nearest, "{code}");
+        }
     }
 
     #[test]

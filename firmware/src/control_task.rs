@@ -1,6 +1,6 @@
 //! The control task: one pure call a tick.
 
-use crate::codes::{AdcCodes, CommandShaper, DacCode};
+use crate::codes::{AdcCodes, CommandShaper, DacCode, ValveConverter};
 use crate::fault::{Fault, Finding};
 use crate::link::Order;
 use crate::start::ResetCause;
@@ -77,13 +77,18 @@ pub struct ControlTask {
 }
 
 impl ControlTask {
-    /// A task before its first tick.
+    /// A task before its first tick, for a valve behind 12 bits.
     pub fn new(controller: Controller<f32>) -> Self {
+        Self::with_valve(controller, ValveConverter::TwelveBits)
+    }
+
+    /// The same, for a valve behind this converter.
+    pub fn with_valve(controller: Controller<f32>, converter: ValveConverter) -> Self {
         Self {
             supervisor: Supervisor::new(controller.axis()),
             controller,
             memory: None,
-            shaper: CommandShaper::default(),
+            shaper: CommandShaper::new(converter),
             estimate: Estimate {
                 position_m: 0.0,
                 velocity_m_per_s: 0.0,
@@ -135,7 +140,7 @@ impl ControlTask {
     /// Somebody has seen the fault: back to idle, with an observer that begins
     /// anew; the axis tracks again once that has settled and a sample that is
     /// newer brings a reference. False where there is no fault or its cause
-    /// stays until the board starts anew.
+    /// still stands.
     pub fn acknowledge(&mut self) -> bool {
         let is_left = self.supervisor.acknowledge();
         if is_left {
@@ -180,7 +185,7 @@ impl ControlTask {
         let null_v = self.null_v();
         let command_v = asked.filter(|_| is_tracking).unwrap_or(null_v);
         if !is_tracking {
-            self.shaper = CommandShaper::default();
+            self.shaper.forget();
         }
         self.supervisor.remember_command(command_v);
         Command {

@@ -198,15 +198,14 @@ pub const DESCRIPTIONS: [Description; 19] = [
         seen: "at start: no settings slot has a valid CRC; a board whose slots are both blank has \
                no fault: it starts with the built-in settings and its status says so",
         detail: "0",
-        remedy: "write the settings anew: `pneuma settings`; restart the board",
+        remedy: "write the settings anew: `pneuma settings`",
     },
     Description {
         fault: Fault::SettingsImpossible,
         name: "settings impossible",
         seen: "at start, or when new settings are built: a value that no axis has",
         detail: "0",
-        remedy: "correct the rig file, write the settings anew: `pneuma settings`; \
-                 restart the board",
+        remedy: "correct the rig file, write the settings anew: `pneuma settings`",
     },
     Description {
         fault: Fault::DacMismatch,
@@ -272,8 +271,14 @@ impl Fault {
         CODES.get(usize::from(code.checked_sub(1)?)).copied()
     }
 
-    /// Whether the cause stays until the board starts anew, so that there is
-    /// nothing to acknowledge.
+    /// Whether new settings end the cause.
+    pub fn ends_with_settings(self) -> bool {
+        matches!(self, Self::SettingsDamaged | Self::SettingsImpossible)
+    }
+
+    /// Whether the cause stays until the board starts anew or, where
+    /// [they end it](Self::ends_with_settings), has new settings: until then there
+    /// is nothing to acknowledge.
     pub fn is_standing(self) -> bool {
         matches!(
             self,

@@ -33,6 +33,8 @@ pub enum Kind {
     Inject = 0x11,
     /// To a board with converters of its own: where the load should be.
     Reference = 0x12,
+    /// To the controller: send a status report, see [`crate::status`].
+    AskStatus = 0x13,
 }
 
 /// A payload.
@@ -49,6 +51,8 @@ pub enum FromPlant {
     Order(Order),
     /// Where the load should be, until the next reference.
     Reference(Reference<f32>),
+    /// A status report is wished for.
+    AskStatus,
 }
 
 /// What the controller is told to do.
@@ -119,6 +123,7 @@ pub fn from_plant(payload: &[u8]) -> Option<FromPlant> {
             fields.end(FromPlant::Reference(reference))
         }
         kind if kind == Kind::End as u8 => fields.end(FromPlant::End),
+        kind if kind == Kind::AskStatus as u8 => fields.end(FromPlant::AskStatus),
         kind if kind == Kind::Acknowledge as u8 => fields.end(FromPlant::Order(Order::Acknowledge)),
         kind if kind == Kind::Inject as u8 => {
             let finding = Finding {
@@ -254,6 +259,13 @@ pub fn end() -> Payload {
     payload
 }
 
+/// The wish for a status report.
+pub fn ask_status() -> Payload {
+    let mut payload = Payload::new();
+    put(&mut payload, &[Kind::AskStatus as u8]);
+    payload
+}
+
 /// An order.
 pub fn order(order: Order) -> Payload {
     let mut payload = Payload::new();
@@ -297,6 +309,7 @@ mod tests {
         for sent in [Order::Acknowledge, Order::Inject(Fault::ClockFailed.at(1))] {
             assert_eq!(from_plant(&order(sent)), Some(FromPlant::Order(sent)));
         }
+        assert_eq!(from_plant(&ask_status()), Some(FromPlant::AskStatus));
         assert_eq!(from_plant(&[Kind::Inject as u8, 200, 0]), None);
     }
 

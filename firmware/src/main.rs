@@ -33,12 +33,13 @@ mod app {
         Axis, Board, Chosen, Parts, SerialIn, SerialOut, Stopwatch, Watchdog, device, keep,
         take_kept,
     };
+    use core::mem::MaybeUninit;
     use firmware::codes::{AdcCodes, DacCode};
     use firmware::control_task::{Command, ControlTask, Sample, State};
     use firmware::cost::{Cost, Report};
     use firmware::frame::{self, Decoder, Received};
     use firmware::link::{self, FromPlant, Order, Payload};
-    use firmware::settings::slots::{Slots, Start};
+    use firmware::settings::slots::{Origin, Slots};
     use firmware::settings::transfer::Transfer;
     use firmware::start::{ResetCause, cause_of, finding_of};
     use firmware::telemetry::{self, Streaming, Tap};
@@ -62,11 +63,11 @@ mod app {
     #[shared]
     struct Shared {
         /// The control task, also for those who ask how it is or tell it something.
-        control_task: ControlTask,
+        control_task: &'static mut ControlTask,
         /// The latest sample or reference that came over the serial line.
         streamed: Sample,
         /// Takes ticks for telemetry.
-        tap: Tap,
+        tap: &'static mut Tap,
         /// What the application tells of itself.
         report: Report,
         /// A frame that has time: about settings or telemetry.
@@ -85,13 +86,11 @@ mod app {
         kept_fault: u8,
         commands: Producer<'static, Command>,
         serial_in: part::SerialIn,
-        decoder: Decoder,
         watchdog: part::Watchdog,
         supervision: Supervision,
         serial_out: part::SerialOut,
         outgoing: Consumer<'static, Command>,
         slots: Slots<part::Storage>,
-        transfer: Transfer,
         started: Started,
     }
 
@@ -109,7 +108,11 @@ mod app {
         has_built_in_settings: bool,
     }
 
+    // What is large lies where it stays from the beginning: this function's stack
+    // is never given back.
     #[init(local = [
+        control_task: MaybeUninit<ControlTask> = MaybeUninit::uninit(),
+        tap: Tap = Tap::new(DacCode(0x8000)),
         queue: Queue<Command, QUEUE_LENGTH> = Queue::new(),
     ])]
     fn init(context: init::Context) -> (Shared, Local) {
@@ -124,14 +127,13 @@ mod app {
             reset_cause,
             finding,
         } = Chosen::start(context.core);
-        let (slots, start) = settings(storage);
-        let has_built_in_settings = !start.origin.is_of_this_rig();
-        let mut control_task = ControlTask::new(start.controller);
+        let (slots, control_task, origin) = settings(storage, context.local.control_task);
+        let has_built_in_settings = !origin.is_of_this_rig();
         // The last one counts: what nobody can acknowledge, and the clocks' first.
         let found = [
             finding_of(kept_cause),
             reset_cause.finding(),
-            start.origin.finding(),
+            origin.finding(),
             finding,
         ];
         for finding in found.into_iter().flatten() {
@@ -143,7 +145,7 @@ mod app {
         let shared = Shared {
             control_task,
             streamed: nothing_streamed(),
-            tap: Tap::new(DacCode(0x8000)),
+            tap: context.local.tap,
             report: Report {
                 cost: Cost::default(),
                 counts_per_s: part::Stopwatch::COUNTS_PER_S,
@@ -163,7 +165,6 @@ mod app {
             kept_fault: 0,
             commands,
             serial_in,
-            decoder: Decoder::new(),
             watchdog,
             supervision: Supervision {
                 ticks: 0,
@@ -172,7 +173,6 @@ mod app {
             serial_out,
             outgoing,
             slots,
-            transfer: Transfer::new(TICK_PERIOD_S),
             started: Started {
                 reset_cause,
                 has_built_in_settings,
@@ -181,16 +181,25 @@ mod app {
         (shared, local)
     }
 
-    /// The settings in the slots, or the built-in ones. The slot that the next
-    /// settings go to is erased now, while nothing has to be in time.
-    fn settings(storage: part::Storage) -> (Slots<part::Storage>, Start) {
+    /// The control task by the settings in the slots, or the built-in ones. The
+    /// slot that the next settings go to is erased now, while nothing has to be in
+    /// time. A function of its own: what it holds on the stack is gone afterwards.
+    #[inline(never)]
+    fn settings(
+        storage: part::Storage,
+        place: &'static mut MaybeUninit<ControlTask>,
+    ) -> (Slots<part::Storage>, &'static mut ControlTask, Origin) {
         let Ok((mut slots, start)) = Slots::start(storage, TICK_PERIOD_S) else {
             // Not with a board's own period, which the settings were tried with.
             Chosen::give_up();
         };
         // Where it cannot be erased, storing says so.
         let _erased = slots.prepare();
-        (slots, start)
+        let control_task = place.write(ControlTask::with_valve(
+            start.controller,
+            Chosen::VALVE_CONVERTER,
+        ));
+        (slots, control_task, start.origin)
     }
 
     #[idle]
@@ -244,8 +253,8 @@ mod app {
         });
     }
 
-    #[task(binds = USART1, priority = 3, shared = [control_task, streamed, request, has_ended],
-           local = [serial_in, decoder])]
+    #[task(binds = USART1, priority = 3, shared = [control_task, streamed, request, has_ended, status_is_due],
+           local = [serial_in, decoder: Decoder = Decoder::new()])]
     fn receive(mut context: receive::Context) {
         let decoder = context.local.decoder;
         let Some(byte) = context.local.serial_in.byte() else {
@@ -257,7 +266,7 @@ mod app {
             Received::Dropped => true,
         };
         if is_dropped {
-            context.shared.control_task.lock(count_dropped);
+            context.shared.control_task.lock(|it| count_dropped(it));
         }
     }
 
@@ -280,6 +289,10 @@ mod app {
                 if Chosen::ANSWERS_PLANT || order == Order::Acknowledge =>
             {
                 shared.control_task.lock(|it| it.obey(order));
+            }
+            Some(FromPlant::AskStatus) => {
+                shared.status_is_due.lock(|is_due| *is_due = true);
+                rtic::pend(device::Interrupt::UART5);
             }
             None => return put_by(payload, shared),
             Some(_) => return false,
@@ -325,19 +338,20 @@ mod app {
 
     #[task(binds = UART5, priority = 1,
            shared = [control_task, tap, report, request, has_ended, status_is_due],
-           local = [serial_out, outgoing, slots, transfer, started])]
+           local = [serial_out, outgoing, slots, started,
+                    transfer: Transfer = Transfer::new(TICK_PERIOD_S)])]
     fn transmit(context: transmit::Context) {
         let (mut local, mut shared) = (context.local, context.shared);
         while let Some(command) = local.outgoing.dequeue() {
             send(local.serial_out, &link::command(&command));
         }
-        while let Some(record) = shared.tap.lock(Tap::take) {
+        while let Some(record) = shared.tap.lock(|tap| tap.take()) {
             send(local.serial_out, &telemetry::tick(&record));
         }
         if let Some(request) = shared.request.lock(Option::take) {
             match answer(&request, &mut local, &mut shared) {
                 Some(answer) => send(local.serial_out, &answer),
-                None => shared.control_task.lock(count_dropped),
+                None => shared.control_task.lock(|it| count_dropped(it)),
             }
         }
         if shared.status_is_due.lock(core::mem::take) {

@@ -87,7 +87,7 @@ pub struct Tap {
 
 impl Tap {
     /// A tap that streams nothing yet; `resting` is the valve's code at the start.
-    pub fn new(resting: DacCode) -> Self {
+    pub const fn new(resting: DacCode) -> Self {
         Self {
             queue: Deque::new(),
             decimation: 0,

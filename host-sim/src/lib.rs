@@ -25,3 +25,4 @@ pub mod simulate;
 mod text;
 pub mod trial;
 pub mod units;
+pub mod wire;

@@ -5,10 +5,10 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use host_sim::cli::{
-    self, closed_loop::LoopArguments, compare::CompareArguments, controller::ControllerArguments,
-    demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments, inspect::InspectArguments,
-    record::RecordArguments, settings::SettingsArguments, simulate::SimulateArguments,
-    trial::TrialArguments,
+    self, board::BoardArguments, closed_loop::LoopArguments, compare::CompareArguments,
+    controller::ControllerArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
+    fit::FitArguments, inspect::InspectArguments, record::RecordArguments,
+    settings::SettingsArguments, simulate::SimulateArguments, trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -22,6 +22,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Board(BoardArguments),
     Compare(CompareArguments),
     Controller(ControllerArguments),
     Demo(DemoArguments),
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let mut out = io::stdout().lock();
     let outcome = match &cli.command {
+        Command::Board(arguments) => cli::board::run(arguments, &mut out),
         Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
         Command::Controller(arguments) => cli::controller::run(arguments, &mut out),
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),

@@ -4,18 +4,19 @@
 //! The numbers come from [`Values::axis`], which knows which key feeds which
 //! parameter. What is built from the settings is compared with that axis: a
 //! parameter that the settings have no place for cannot be lost in silence.
-//! What the controller's model has no law for is refused by name.
+//! What the controller's model has no law for is refused by name. Gains that
+//! `[controller]` does not give are the standard ones.
 
 use crate::effects;
 use crate::model::{AxisFault, Values};
 use crate::rig::Rig;
 use firmware::codes::POSITION_M;
 use firmware::settings::{
-    Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gas,
-    Settings, SettingsFault, Thermal, Tube, Valve,
+    Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gains, Gas,
+    Settings, SettingsFault, Tube, Valve,
 };
 use model_core::axis::Axis;
-use model_core::chamber::{self, ThermalModel};
+use model_core::chamber;
 use model_core::controller::Controller;
 use model_core::left_out::ChamberLeakage;
 use model_core::real::Real;
@@ -80,8 +81,8 @@ pub enum RigSettingsError {
     /// A number that a board would refuse.
     #[error("{0}")]
     Refused(SettingsFault),
-    /// The settings do not give the axis of the rig.
-    #[error("the settings have no place for a parameter of this rig's axis")]
+    /// The settings do not give the axis or the gains of the rig.
+    #[error("the settings have no place for a parameter of this rig's axis or controller")]
     Incomplete,
 }
 
@@ -113,7 +114,8 @@ pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
     let axis = values
         .axis(COMPARED_STEP_S)
         .map_err(RigSettingsError::Rig)?;
-    let settings = settings_of(&values, &axis);
+    let gains = gains(rig).ok_or(RigSettingsError::Incomplete)?;
+    let settings = settings_of(&values, &axis, gains);
     let built = settings
         .axis(axis.dt_s)
         .map_err(RigSettingsError::Refused)?;
@@ -174,7 +176,7 @@ fn check_rig(rig: &Rig) -> Result<(), AxisFault> {
     Ok(())
 }
 
-fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>) -> Settings {
+fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) -> Settings {
     let pneumatics = &axis.pneumatics;
     let (levels, bristle) = (&axis.friction, &axis.carriage.bristle);
     let terms = &axis.friction_terms;
@@ -191,7 +193,7 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>) -> Settings {
         valve: valve(&axis.valve),
         command_path: command_path(values),
         chambers: Chambers {
-            thermal: thermal(shared.thermal),
+            thermal: shared.thermal.into(),
             heat_transfer_charging_w_per_m2_k: shared.heat_transfer_charging_w_per_m2_k,
             heat_transfer_discharging_w_per_m2_k: shared.heat_transfer_discharging_w_per_m2_k,
         },
@@ -221,6 +223,7 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>) -> Settings {
             per_pressure_difference_n_per_pa: terms.per_pressure_difference_n_per_pa,
             constant_force_n: terms.constant_force_n,
         },
+        controller,
     }
 }
 
@@ -265,20 +268,14 @@ fn chamber(chamber: &chamber::Chamber<f32>, leak: &ChamberLeakage<f32>) -> Chamb
     }
 }
 
-fn thermal(thermal: ThermalModel<f32>) -> Thermal {
-    match thermal {
-        ThermalModel::EnergyBalance => Thermal::EnergyBalance,
-        ThermalModel::Polytropic {
-            expansion_index,
-            compression_index,
-            reference_pressure_pa,
-        } => Thermal::Polytropic {
-            expansion_index,
-            compression_index,
-            reference_pressure_pa,
-        },
-        ThermalModel::PolytropicProcess { index } => Thermal::PolytropicProcess { index },
+/// The standard gains, with those of the rig in their place; `None` where one of
+/// the rig's has none, which its reader rules out.
+fn gains(rig: &Rig) -> Option<Gains> {
+    let mut gains = toml::Table::try_from(Gains::default()).ok()?;
+    for (key, value) in &rig.controller {
+        *gains.get_mut(key)? = toml::Value::Float(*value);
     }
+    gains.try_into().ok()
 }
 
 #[cfg(test)]
@@ -368,6 +365,69 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn prop_every_gain_arrives_and_no_other_changes() {
+        let plain = settings(&paper()).expect("it makes settings").controller;
+        assert_eq!(plain, Gains::default());
+        for (place, standard) in plain.fields().into_iter().enumerate() {
+            let key = standard
+                .name
+                .strip_prefix("controller.")
+                .expect("its section");
+            // Another number of the range, whatever the standard one is.
+            let value = 0.5 * (standard.value + standard.lowest);
+            let mut text = include_str!("../rigs/paper.toml").to_owned();
+            text += &format!("\n[controller]\n{key} = {value}\n");
+            let rig = Rig::parse(&text, "paper.toml").expect("it is a rig");
+            let again = Rig::parse(&rig.to_toml(), "again.toml").expect("it is a rig");
+            assert_eq!(again, rig);
+            let changed = settings(&rig).expect("it makes settings").controller;
+            for (other, field) in changed.fields().into_iter().enumerate() {
+                let expected = if other == place {
+                    value
+                } else {
+                    plain.fields()[other].value
+                };
+                assert!(
+                    (field.value - expected).abs() <= 1e-6 * expected.abs(),
+                    "{key}: {field:?}"
+                );
+            }
+            let built = controller(&rig, 1e-3).expect("it makes a controller");
+            assert_ne!(
+                built,
+                controller(&paper(), 1e-3).expect("the paper's"),
+                "{key}"
+            );
+        }
+    }
+
+    #[test]
+    fn prop_gains_that_no_board_takes_are_refused_with_line_and_range() {
+        let refused = |line: &str| {
+            let mut text = include_str!("../rigs/paper.toml").to_owned();
+            text += &format!("\n[controller]\n{line}\n");
+            let error = Rig::parse(&text, "paper.toml").expect_err("it is no gain");
+            assert_eq!(error.line, Some(text.lines().count()));
+            error.to_string()
+        };
+        let range = refused("position_per_s = 6000");
+        assert!(
+            range.contains("controller.position_per_s") && range.contains("1 to 500"),
+            "{range}"
+        );
+        let text = refused("damping = \"high\"");
+        assert!(text.contains("controller.damping"), "{text}");
+        let unknown = refused("position_gain = 60");
+        assert!(
+            unknown.contains("unknown key") && unknown.contains("position_per_s"),
+            "{unknown}"
+        );
+        // Within its range, but not for a tick of 20 ms.
+        let fault = controller(&paper(), 0.02).expect_err("the tick is too slow");
+        assert!(fault.to_string().starts_with("controller."), "{fault}");
     }
 
     #[test]

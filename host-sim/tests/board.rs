@@ -11,9 +11,10 @@ use firmware::control_task::{Command, NotAtRest, Sample, State};
 use firmware::frame::{Decoder, Received, encode};
 use firmware::settings::Settings;
 use firmware::settings::record::{LONGEST_RECORD, decode};
-use firmware::settings::slots::{Slot, SlotStorage, Slots, StorageFault};
+use firmware::settings::slots::Slots;
 use firmware::settings::transfer::Transfer;
 use firmware::telemetry::{Streaming, Tap, read_stream, streaming, tick as tick_payload};
+use host_sim::board::twin::MemorySlots;
 use host_sim::cli::record::{RecordArguments, run as record};
 use host_sim::cli::settings::{SettingsArguments, run as settings};
 use host_sim::recording::Recording;
@@ -23,24 +24,6 @@ use model_core::reference::Reference;
 
 const DT_S: f32 = 1e-3;
 const TICK_PERIOD_NS: u32 = 1_000_000;
-
-/// Two slots in memory.
-#[derive(Clone)]
-struct Memory([[u8; LONGEST_RECORD]; 2]);
-
-impl SlotStorage for Memory {
-    fn bytes(&self, slot: Slot) -> &[u8] {
-        &self.0[slot as usize]
-    }
-    fn erase(&mut self, slot: Slot) -> Result<(), StorageFault> {
-        self.0[slot as usize].fill(0xFF);
-        Ok(())
-    }
-    fn program(&mut self, slot: Slot, offset: usize, bytes: &[u8]) -> Result<(), StorageFault> {
-        self.0[slot as usize][offset..offset + bytes.len()].copy_from_slice(bytes);
-        Ok(())
-    }
-}
 
 /// What the wire does to the n-th frame from the board.
 #[derive(Clone, Copy, PartialEq)]
@@ -126,7 +109,7 @@ fn settings_board(at_rest: bool, fate: fn(usize) -> Fate) -> (String, JoinHandle
             frames: 0,
             fate,
         };
-        let memory = Memory([[0xFF; LONGEST_RECORD]; 2]);
+        let memory = MemorySlots::blank();
         let (mut slots, _) = Slots::start(memory, DT_S).expect("a tick of 1 ms");
         let mut transfer = Transfer::new(DT_S);
         let mut in_use = None;
@@ -235,7 +218,7 @@ fn prop_a_settings_file_is_a_slot_and_shows_its_rig() {
     let mut out = Vec::new();
     settings(&arguments, &mut out).expect("it is written");
     let bytes = std::fs::read(&path).expect("it is there");
-    let mut memory = Memory([[0xFF; LONGEST_RECORD]; 2]);
+    let mut memory = MemorySlots::blank();
     memory.0[0][..bytes.len()].copy_from_slice(&bytes);
     let (_, start) = Slots::start(memory, DT_S).expect("a tick of 1 ms");
     assert!(start.origin.is_of_this_rig());

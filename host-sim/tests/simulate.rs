@@ -492,6 +492,15 @@ fn telling(key: &str) -> f64 {
         "outer_W_K" => 10.0,
         "offset_a_Pa" | "offset_b_Pa" => 2e3,
         "diameter_m" => 0.003,
+        "cosine" | "sine" | "asymmetry" | "viscous_asymmetry" => 0.3,
+        "wavelength_m" => 0.05,
+        "slope_per_m" | "curvature_per_m2" => 5.0,
+        "rise_N" => 10.0,
+        "load_mass_kg" => 1.0,
+        "stiffness_N_m" | "buffer_stiffness_N_m" => 1e5,
+        "damping_Ns_m" | "buffer_damping_Ns_m" => 50.0,
+        "gap_m" => 1e-4,
+        "buffer_length_m" => 0.2499,
         "natural_frequency_Hz" => 40.0,
         "damping_ratio" => 0.4,
         "width" => 0.1,
@@ -518,11 +527,11 @@ fn bare_scenario() -> Scenario {
                    [initial]\npressure_a_Pa = 5e5\npressure_b_Pa = 5e5\n";
     let text = STEP.split("[command]").next().unwrap().to_owned() + command;
     let mut scenario = parse(&text);
-    // The process model leaves room for the temperature's own dynamics.
-    let toml = scenario.rig.to_toml().replace(
-        "model = \"energy-balance\"",
-        "model = \"polytropic-process\"\npolytropic_index = 1.2",
-    );
+    // The reduced model leaves room for the temperature's own dynamics, and has heat.
+    let toml = scenario
+        .rig
+        .to_toml()
+        .replace("model = \"energy-balance\"", "model = \"polytropic\"");
     scenario.rig = Rig::parse(&toml, "bare.toml").unwrap();
     scenario
 }

@@ -256,19 +256,23 @@ impl<R: Real> Pneumatics<R> {
     ) -> (ChamberFlow<R>, Port<R>) {
         let tube_k = self.ambient.temperature_k;
         let node = GasState {
-            pressure_pa: tube.pressure_pa,
+            pressure_pa: tube.port_pa(),
             temperature_k: tube_k,
         };
         let valve = self.port_flow(paths, node);
         let gas = state.gas_state();
         let needle = if self.cushion.is_present() {
             let length_m = chamber.geometry.length_m(position_m);
+            let far = GasState {
+                pressure_pa: tube.far_pa(),
+                ..node
+            };
             self.cushion
-                .resistance_pa_s_per_kg(&self.law, length_m, gas, node)
+                .resistance_pa_s_per_kg(&self.law, length_m, gas, far)
         } else {
             R::ZERO
         };
-        self.tube.step(
+        let passed = self.tube.step(
             tube,
             &self.gas,
             tube_k,
@@ -282,10 +286,14 @@ impl<R: Real> Pneumatics<R> {
         );
         let port = Port {
             gas: node,
-            beyond_pa: tube.pressure_pa - node.pressure_pa,
+            beyond_pa: passed.port_rise_pa,
         };
-        let line =
-            ChamberFlow::NONE.with(tube.mass_flow_kg_per_s, R::ZERO, tube_k, gas.temperature_k);
+        let line = ChamberFlow::NONE.with(
+            passed.into_chamber_kg_per_s,
+            R::ZERO,
+            tube_k,
+            gas.temperature_k,
+        );
         (line, port)
     }
 
@@ -335,7 +343,7 @@ impl<R: Real> Pneumatics<R> {
         let port = |chamber: &Chamber<R>, state: &ChamberState<R>, tube: &TubeState<R>| Port {
             gas: if self.tube.is_present() {
                 GasState {
-                    pressure_pa: tube.pressure_pa,
+                    pressure_pa: tube.port_pa(),
                     temperature_k: self.ambient.temperature_k,
                 }
             } else {

@@ -1,6 +1,8 @@
 //! The effects of the carriage's own motion, in its step: known answers,
 //! conservation, stability in `f32`, derivatives.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
+
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
 use model_core::left_out::{

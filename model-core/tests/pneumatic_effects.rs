@@ -351,8 +351,7 @@ fn prop_the_tank_loses_what_the_chambers_get() {
         let total = |state: &PneumaticState<f64>, x: f64| {
             let tube_m3 = core::f64::consts::FRAC_PI_4 * 1.6e-5 * tube_length_m;
             let per_pa = 1.0 / (GAS_CONSTANT * AMBIENT_K);
-            // The tube's node is adiabatic: its mass follows p / gamma.
-            let tubes = (state.tube_a.pressure_pa + state.tube_b.pressure_pa) * tube_m3 / 1.4;
+            let tubes = (state.tube_a.mean_pa() + state.tube_b.mean_pa()) * tube_m3;
             let tank = state.tank.pressure_pa(SUPPLY_PA) * tank_volume_m3;
             mass_kg(&pneumatics.chamber_a, &state.a, x)
                 + mass_kg(&pneumatics.chamber_b, &state.b, x)

@@ -4,10 +4,11 @@
 //! Without QEMU these tests say so and pass; in continuous integration they fail.
 
 use firmware::codes::AdcCodes;
-use firmware::control_task::{ControlTask, Sample};
+use firmware::control_task::{ControlTask, Sample, State};
 use firmware::cost::Report;
 use firmware::settings::transfer::{self, Verdict};
 use firmware::settings::{Settings, record};
+use firmware::status::Status;
 use firmware::{frame, link, telemetry};
 use model_core::reference::Reference;
 use std::net::SocketAddr;
@@ -112,6 +113,7 @@ fn val_host_and_qemu_answer_alike_with_the_settings_of_a_rig() {
     let mut settings = Settings::built_in();
     settings.carriage.mass_kg *= 1.5;
     settings.valve.null_v += 0.05;
+    settings.controller.position_per_s *= 0.8;
     let samples = motion(&settings, 1500);
     assert_ne!(samples, motion(&Settings::built_in(), 1500));
     let record = record::encode(1, &settings).expect("it fits");
@@ -180,6 +182,10 @@ fn val_settings_and_telemetry_travel_beside_the_samples() {
         assert_eq!(record.valve_in_force, in_force);
         in_force = command.valve;
     }
+    let answer = ask(&mut plant_end, &link::ask_status());
+    let status = Status::read(&answer).expect("a status report");
+    assert_eq!((status.state, status.finding), (State::Idle, None));
+    assert!(!status.has_built_in_settings, "they were replaced");
     plant_end.send(&[0x77, 1, 2]).expect("it is sent");
     let report = plant_end.end().expect("it tells of itself");
     assert_eq!(report.dropped_frames, 1, "what nobody wants is counted");

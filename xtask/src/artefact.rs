@@ -35,9 +35,9 @@ struct Part {
     bytes: Vec<u8>,
 }
 
-/// The task `image`: builds, converts, tells.
-pub fn run() -> Outcome {
-    let elf = image::build(image::STM32F405)?;
+/// The task `image`: builds with these choices, converts, tells.
+pub fn run(choices: &[String]) -> Outcome {
+    let elf = image::build_with(image::STM32F405, choices)?;
     let bytes = fs::read(&elf).map_err(|error| format!("{}: {error}", elf.display()))?;
     let parts = parts(&bytes).map_err(|reason| format!("{}: {reason}", elf.display()))?;
     let directory = shell::root().join("out/firmware");

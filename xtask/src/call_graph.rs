@@ -113,6 +113,30 @@ impl CallGraph {
         Ok(reach)
     }
 
+    /// The calls that make the bound of a function's stack, from it down to the
+    /// last: names, and what each pushes itself, bytes.
+    pub fn deepest_way(&self, root: &str) -> Outcome<Vec<(&str, u32)>> {
+        let (mut address, _) = self.find(root)?;
+        let mut known = BTreeMap::new();
+        self.descend(
+            address,
+            &mut vec![address],
+            &mut known,
+            &mut Reach::default(),
+        );
+        let mut way = Vec::new();
+        while let Some(function) = self.functions.get(&address) {
+            way.push((function.name.as_str(), function.stack_bytes));
+            let on_the_way = way.len() > self.functions.len();
+            let deepest = function.calls.iter().max_by_key(|callee| known.get(callee));
+            match deepest {
+                Some(callee) if !on_the_way => address = *callee,
+                _ => break,
+            }
+        }
+        Ok(way)
+    }
+
     /// The stack from this function down; `way` is what led here.
     fn descend(
         &self,
@@ -303,6 +327,8 @@ mod tests {
         assert_eq!(control.panic_path.unwrap(), path);
         assert_eq!(control.stack_bytes, 8 + 100);
         assert_eq!(control.soft_arithmetic, ["__aeabi_dmul"]);
+        let way = graph.deepest_way("control").unwrap();
+        assert_eq!(way, [("control", 8), ("harmless", 100)]);
         let other = graph.reach("other").unwrap();
         assert_eq!((other.panic_path, other.stack_bytes), (None, 108));
         assert!(graph.reach("nobody").is_err());

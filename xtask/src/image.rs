@@ -12,21 +12,36 @@ pub const MPS2: &str = "mps2";
 pub const STM32F405: &str = "stm32f405";
 /// The boards that the application is built for.
 pub const BOARDS: [&str; 2] = [MPS2, STM32F405];
-/// Its other converter for the valve.
-const SPI_DAC: &str = "stm32f405,spi-dac";
+/// What its image may be built with besides, see `firmware/Cargo.toml`.
+pub const CHOICES: [&str; 4] = ["spi-dac", "2khz", "4khz", "8khz"];
 /// The profile of Cargo.toml that images are built with.
 const PROFILE: &str = "chip";
 
 /// Builds a board's image and returns where it lies.
 pub fn build(board: &str) -> Outcome<PathBuf> {
-    shell::run(&mut cargo("build", board, board)?)?;
+    build_with(board, &[])
+}
+
+/// The same with these of its choices.
+pub fn build_with(board: &str, choices: &[String]) -> Outcome<PathBuf> {
+    let unknown = choices.iter().find(|one| !CHOICES.contains(&one.as_str()));
+    if let Some(unknown) = unknown {
+        let known = CHOICES.join(", ");
+        return Err(format!("image: unknown choice {unknown}, expected some of {known}").into());
+    }
+    let features = [&[board.to_owned()], choices].concat().join(",");
+    shell::run(&mut cargo("build", board, &features)?)?;
     let directory = directory(board).join(TARGET).join(PROFILE);
     Ok(directory.join("firmware"))
 }
 
 /// Clippy over the application, which the host's clippy does not see.
 pub fn clippy() -> Outcome {
-    let variants = [(MPS2, MPS2), (STM32F405, STM32F405), (STM32F405, SPI_DAC)];
+    let variants = [
+        (MPS2, MPS2),
+        (STM32F405, STM32F405),
+        (STM32F405, "stm32f405,spi-dac,8khz"),
+    ];
     for (board, features) in variants {
         let mut command = cargo("clippy", board, features)?;
         command.args(["--", "-D", "warnings"]);

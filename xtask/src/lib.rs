@@ -55,12 +55,14 @@ cargo xtask <task>
   trial [CASES]           judge the diagnosis on concealed cases, write its part of docs/evidence.md
   faults [SEEDS [MINUTES]]
                           every fault at every moment, write docs/faults.md
-  image                   the STM32F405's image as files for flashing tools, in out/firmware
+  image [spi-dac] [2khz | 4khz | 8khz]
+                          the STM32F405's image as files for flashing tools, in out/firmware;
+                          for the valve behind 16 bits, for more ticks a second than 1000
   qemu --serial 127.0.0.1:PORT [--rig RIG.toml] [--seconds N]
                           the firmware in QEMU, waiting for a plant that connects
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
                           or made the snapshot
-       [--where]          whose the control task's instructions are
+       [--where]          whose the control task's instructions are, and the tasks' stacks
 
 steps of ci that can be repeated alone:
   lint                    rules of this repository that no compiler knows
@@ -88,7 +90,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("bench", options) => bench::run(options),
         ("faults", options) => faults::run(options),
         ("trial", options) => trial::run(options),
-        ("image", []) => artefact::run(),
+        ("image", choices) => artefact::run(choices),
         ("qemu", options) => qemu::run(options),
         ("size", options) => size::run(options),
         _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),

@@ -69,12 +69,18 @@ const GOAL_INSTRUCTIONS: u64 = 6000;
 const GOAL_FLASH_BYTES: u64 = 96 * 1024;
 const GOAL_MEMORY_BYTES: u64 = 24 * 1024;
 
+/// A function that pushes less is not worth a line.
+const SHOWN_STACK_BYTES: u32 = 64;
+
 /// The task `size`.
 pub fn run(options: &[String]) -> Outcome {
     let is_blessed = match options {
         [] => false,
         [option] if option == "--bless" => true,
-        [option] if option == "--where" => return profile::run(),
+        [option] if option == "--where" => {
+            profile::run()?;
+            return image::BOARDS.into_iter().try_for_each(tell_stack);
+        }
         other => return Err(format!("size: unknown option {}", other.join(" ")).into()),
     };
     let mut figures = Vec::new();
@@ -129,6 +135,22 @@ fn weigh(board: &str, path: &Path) -> Outcome<Vec<Figure>> {
             Some(GOAL_MEMORY_BYTES),
         ),
     ])
+}
+
+/// Whose the stack is: the deepest calls of each task.
+fn tell_stack(board: &str) -> Outcome {
+    let path = image::build(board)?;
+    let image = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let graph = CallGraph::read(&image)?;
+    for (task, symbol) in TASKS {
+        let way = graph.deepest_way(symbol)?;
+        let bytes: u32 = way.iter().map(|(_, bytes)| bytes).sum();
+        println!("\n{board}: {bytes} bytes of stack at most in {task}, by these calls:");
+        for (name, bytes) in way.iter().filter(|(_, bytes)| *bytes >= SHOWN_STACK_BYTES) {
+            println!("{bytes:>6}  {name}");
+        }
+    }
+    Ok(())
 }
 
 /// All tasks above what is below them, or the start alone: interrupts are masked

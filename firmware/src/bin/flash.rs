@@ -1,5 +1,6 @@
 //! `cargo run -p firmware`: builds the STM32F405's image, writes it into the chip
-//! through a debug probe, and shows its log until Ctrl-C.
+//! through a debug probe, and shows its log until Ctrl-C. Words behind `--` are
+//! features to build it with besides: `cargo run -p firmware -- spi-dac 4khz`.
 
 use std::env;
 use std::process::{Command, ExitCode, Stdio};
@@ -49,7 +50,7 @@ fn cargo() -> Command {
     let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo
         .args(["run", "-p", "firmware", "--bin", "firmware"])
-        .args(["--features", "stm32f405", "--profile", "chip"])
+        .args(["--features", &features(), "--profile", "chip"])
         .args(["--target", TARGET])
         .current_dir(env!("CARGO_MANIFEST_DIR"));
     if is_installed(FLIP_LINK) {
@@ -61,6 +62,12 @@ fn cargo() -> Command {
         );
     }
     cargo
+}
+
+fn features() -> String {
+    let chosen = env::args().skip(1);
+    let features: Vec<String> = std::iter::once("stm32f405".into()).chain(chosen).collect();
+    features.join(",")
 }
 
 fn is_installed(program: &str) -> bool {

@@ -16,7 +16,7 @@
 //! | `TIM7` | supervise | the board, some hundred times a second, independent of samples where it has time |
 //! | `UART5` | transmit | software |
 
-use firmware::codes::DacCode;
+use firmware::codes::{DacCode, ValveConverter};
 use firmware::control_task::Sample;
 use firmware::fault::Finding;
 use firmware::settings::slots::SlotStorage;
@@ -121,6 +121,8 @@ pub trait Board: Sized {
 
     /// Time between samples.
     const TICK_PERIOD_NS: u32;
+    /// How fine the valve's converter is.
+    const VALVE_CONVERTER: ValveConverter;
     /// Whether a plant at the serial line waits for each command.
     const ANSWERS_PLANT: bool;
 

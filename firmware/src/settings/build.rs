@@ -19,7 +19,8 @@ impl Settings {
     /// The controller for ticks of `dt_s`. It takes many ticks' time: build off
     /// the control path, then swap.
     pub fn try_build(&self, dt_s: f32) -> Result<Controller<f32>, SettingsFault> {
-        Ok(Controller::new(self.axis(dt_s)?))
+        let axis = self.axis(dt_s)?;
+        Ok(Controller::with_gains(axis, self.controller.into()))
     }
 
     /// The axis, for steps of `dt_s`; every number is judged before.
@@ -204,6 +205,24 @@ impl From<Thermal> for ThermalModel<f32> {
                 reference_pressure_pa,
             },
             Thermal::PolytropicProcess { index } => Self::PolytropicProcess { index },
+        }
+    }
+}
+
+impl From<ThermalModel<f32>> for Thermal {
+    fn from(model: ThermalModel<f32>) -> Self {
+        match model {
+            ThermalModel::EnergyBalance => Self::EnergyBalance,
+            ThermalModel::Polytropic {
+                expansion_index,
+                compression_index,
+                reference_pressure_pa,
+            } => Self::Polytropic {
+                expansion_index,
+                compression_index,
+                reference_pressure_pa,
+            },
+            ThermalModel::PolytropicProcess { index } => Self::PolytropicProcess { index },
         }
     }
 }

@@ -86,7 +86,7 @@ fn write_table_fault(out: &mut fmt::Formatter<'_>, name: &str, fault: &TableFaul
 }
 
 impl Field {
-    fn check(&self) -> Result<(), SettingsFault> {
+    pub(super) fn check(&self) -> Result<(), SettingsFault> {
         if !self.value.is_finite() {
             return Err(SettingsFault::NotFinite(self.name));
         }
@@ -142,7 +142,7 @@ fn chamber_fields(chamber: &Chamber, names: &ChamberNames) -> [Field; 8] {
     ]
 }
 
-const fn field(name: &'static str, value: f32, lowest: f32, highest: f32) -> Field {
+pub(super) const fn field(name: &'static str, value: f32, lowest: f32, highest: f32) -> Field {
     Field {
         name,
         value,
@@ -157,7 +157,7 @@ impl Settings {
     pub fn visit(&self, visitor: &mut impl FnMut(Field)) {
         let Self {
             gas, ambient, valve, command_path, chambers, chamber_a, chamber_b, tube, carriage,
-            friction, friction_terms,
+            friction, friction_terms, controller,
         } = self;
         for one in [
             field("gas.heat_capacity_ratio", gas.heat_capacity_ratio, 1.01, 2.0),
@@ -216,6 +216,7 @@ impl Settings {
         ] {
             visitor(one);
         }
+        controller.fields().into_iter().for_each(&mut *visitor);
     }
 
     /// Judges all but the tables, for steps of `dt_s`.
@@ -229,6 +230,7 @@ impl Settings {
         });
         outcome?;
         self.check_delay(dt_s)?;
+        self.controller.check_tick(dt_s)?;
         self.check_together()
     }
 

@@ -4,6 +4,7 @@
 //! | room | responsibility |
 //! |---|---|
 //! | `parameters` | [`Settings`], plain numbers, each said once |
+//! | `gains` | [`Gains`], the controller's section: numbers, ranges, both ways |
 //! | `check` | the judgement, by name and range: [`SettingsFault`] |
 //! | `build` | [`Settings::try_build`]: to the controller, off the control path |
 //! | [`record`] | bytes with version, length and CRC |
@@ -15,12 +16,14 @@
 
 mod build;
 mod check;
+mod gains;
 mod parameters;
 pub mod record;
 pub mod slots;
 pub mod transfer;
 
 pub use check::{Field, SettingsFault};
+pub use gains::Gains;
 pub use parameters::{
     Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gas,
     Settings, Thermal, Tube, Valve,

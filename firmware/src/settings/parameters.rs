@@ -1,5 +1,6 @@
 //! The rig's parameters as plain numbers, each said once.
 
+use super::gains::Gains;
 use heapless::Vec;
 use model_core::paper;
 use model_core::valve::TABLE_CAPACITY;
@@ -33,6 +34,8 @@ pub struct Settings {
     pub friction: Friction,
     /// What adds to the declared friction.
     pub friction_terms: FrictionTerms,
+    /// Bandwidths and limits of the controller.
+    pub controller: Gains,
 }
 
 /// An ideal gas.
@@ -201,7 +204,7 @@ pub struct FrictionTerms {
 }
 
 impl Settings {
-    /// The paper's axis: what a board without settings of its own falls back
+    /// The paper's axis and the controller's standard gains: what a board without settings of its own falls back
     /// on. It is nobody's rig: a board that runs on it says so by a fault.
     #[expect(
         clippy::cast_possible_truncation,
@@ -280,6 +283,7 @@ impl Settings {
                 per_pressure_difference_n_per_pa: 0.0,
                 constant_force_n: 0.0,
             },
+            controller: Gains::default(),
         }
     }
 }

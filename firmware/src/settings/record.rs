@@ -18,8 +18,8 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 
 /// The version written and read.
-pub const VERSION: u16 = 1;
-/// The longest content: with full tables it is some 830 bytes.
+pub const VERSION: u16 = 2;
+/// The longest content: with full tables it is some 910 bytes.
 pub const LONGEST_CONTENT: usize = 1008;
 /// Bytes before the content.
 pub const HEADER_BYTES: usize = 16;

@@ -46,6 +46,13 @@ pub(super) fn random_settings(seed: u32) -> Settings {
     }
     settings.chamber_b.leak_laminar_kg_per_s_pa2 = 3e-16 * random.share();
     settings.friction_terms.constant_force_n = random.share() - 0.5;
+    for gain in [
+        &mut settings.controller.position_per_s,
+        &mut settings.controller.observer_edge_per_s,
+        &mut settings.controller.move_jerk_m_per_s3,
+    ] {
+        *gain *= 0.9 + 0.2 * random.share();
+    }
     if seed % 3 == 1 {
         settings.chambers.thermal = Thermal::Polytropic {
             expansion_index: 1.0 + random.share() / 4.0,
@@ -77,10 +84,44 @@ fn val_built_in_settings_are_the_paper_s_axis() {
 }
 
 #[test]
+fn prop_the_controller_is_built_with_the_gains_of_the_settings() {
+    use model_core::controller::Gains;
+    let mut settings = Settings::built_in();
+    let axis = settings.axis(DT_S).expect("they are possible");
+    assert_eq!(settings.try_build(DT_S), Ok(Controller::new(axis)));
+    settings.controller.force_per_s = 150.0;
+    settings.controller.move_velocity_m_per_s = 0.3;
+    let mut gains = Gains::standard();
+    gains.force_per_s = 150.0;
+    gains.motion.velocity_m_per_s = 0.3;
+    let expected = Controller::with_gains(axis, gains);
+    assert_eq!(settings.try_build(DT_S), Ok(expected));
+}
+
+#[test]
+fn prop_new_settings_end_a_fault_of_settings_and_no_other_that_stands() {
+    use crate::control_task::ControlTask;
+    use crate::fault::Fault;
+    let controller = || random_settings(1).try_build(DT_S).expect("it is possible");
+    for (fault, is_left) in [
+        (Fault::SettingsDamaged, true),
+        (Fault::SettingsImpossible, true),
+        (Fault::ClockFailed, false),
+    ] {
+        let mut task = ControlTask::new(Settings::built_in().try_build(DT_S).expect("as well"));
+        task.recall(fault.at(0));
+        assert!(!task.acknowledge(), "{fault:?} stands");
+        assert_eq!(task.replace_controller(controller()), Ok(()));
+        assert_eq!(task.latched(), Some(fault.at(0)), "somebody has to see it");
+        assert_eq!(task.acknowledge(), is_left, "{fault:?}");
+    }
+}
+
+#[test]
 fn prop_every_number_is_judged_by_its_name() {
     let mut count = 0;
     Settings::built_in().visit(&mut |_| count += 1);
-    assert!(count > 45, "{count}");
+    assert!(count > 66, "{count}");
     let build = |change: &dyn Fn(&mut Settings)| {
         let mut settings = Settings::built_in();
         change(&mut settings);
@@ -132,6 +173,20 @@ fn prop_every_number_is_judged_by_its_name() {
         "longer than the line of past commands"
     );
     assert_eq!(field(&|one| one.command_path.delay_s = 0.061), None);
+    assert_eq!(
+        field(&|one| one.controller.position_per_s = 0.0),
+        Some("controller.position_per_s")
+    );
+    assert_eq!(
+        field(&|one| one.controller.observer_motion_per_s = 1001.0),
+        Some("controller.observer_motion_per_s"),
+        "beyond the rate of the tick"
+    );
+    assert_eq!(
+        field(&|one| one.controller.lead_s = 0.063),
+        Some("controller.lead_s"),
+        "longer than the line of forces that are not due yet"
+    );
     for dt_s in [0.0, -1e-3, f32::NAN, 1.0] {
         assert!(Settings::built_in().try_build(dt_s).is_err());
     }

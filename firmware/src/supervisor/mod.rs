@@ -117,6 +117,7 @@ pub struct Supervisor {
     latched: Option<Finding>,
     fault_tick: u32,
     pending: Option<Finding>,
+    has_new_settings: bool,
     counters: Counters,
 }
 
@@ -137,6 +138,7 @@ impl Supervisor {
             latched: None,
             fault_tick: 0,
             pending: None,
+            has_new_settings: false,
             counters: Counters::default(),
         }
     }
@@ -166,8 +168,10 @@ impl Supervisor {
         &mut self.counters
     }
 
-    /// Limits for another axis; what was remembered begins anew.
+    /// Limits for another axis, that of new settings; what was remembered begins
+    /// anew.
     pub fn replace_axis(&mut self, axis: &Axis<f32>) {
+        self.has_new_settings = true;
         self.limits = Limits::new(axis);
         self.begin_anew();
     }
@@ -177,13 +181,14 @@ impl Supervisor {
         self.pending.get_or_insert(finding);
     }
 
-    /// Back to idle, unless the cause stays until the board starts anew or
-    /// there is nothing to acknowledge.
+    /// Back to idle, unless the cause still stands or there is nothing to
+    /// acknowledge.
     pub fn acknowledge(&mut self) -> bool {
         let Some(finding) = self.latched else {
             return false;
         };
-        if finding.fault.is_standing() {
+        let has_ended = self.has_new_settings && finding.fault.ends_with_settings();
+        if finding.fault.is_standing() && !has_ended {
             return false;
         }
         self.latched = None;

@@ -2,12 +2,18 @@
 //!
 //! | room | responsibility |
 //! |---|---|
-//! | [`wire`] | frames over a serial port or a TCP connection, with time limits |
+//! | [`port`] | a serial port or a TCP connection, with time limits |
 //! | [`send`] | settings to the board, with lost frames sent again |
+//! | [`orders`] | what a person tells a board: status, acknowledge, move, stop |
+//! | [`words`] | a status report in words |
 //! | [`image`] | settings into the image of a firmware |
 //! | [`recorder`] | telemetry to a recording, with every loss counted |
+//! | [`twin`] | a board on the host: the firmware's code before a simulated axis |
 
 pub mod image;
+pub mod orders;
+pub mod port;
 pub mod recorder;
 pub mod send;
-pub mod wire;
+pub mod twin;
+pub mod words;

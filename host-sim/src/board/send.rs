@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use firmware::settings::record::Content;
 use firmware::settings::transfer::{self, Kind, LONGEST_CHUNK, Verdict, read_answer};
 
-use super::wire::{Wire, WireError};
+use super::port::{Port, PortError};
 
 /// Time for an answer to an announcement or a piece.
 const ANSWER_WAIT: Duration = Duration::from_millis(300);
@@ -17,9 +17,9 @@ const ATTEMPTS: usize = 5;
 /// Why the board does not use the settings as wished; one line.
 #[derive(Debug, thiserror::Error)]
 pub enum SendError {
-    /// The wire failed.
+    /// The port failed.
     #[error(transparent)]
-    Wire(#[from] WireError),
+    Port(#[from] PortError),
     /// Silence.
     #[error(
         "the board does not answer ({ATTEMPTS} attempts): is it powered, is this its port, is its firmware running?"
@@ -40,33 +40,33 @@ pub enum SendError {
 
 /// Sends a content and has it used; tells how many bytes have arrived.
 pub fn send(
-    wire: &mut Wire,
+    port: &mut Port,
     content: &Content,
     mut arrived: impl FnMut(usize),
 ) -> Result<(), SendError> {
-    exchange(wire, &transfer::begin(content), Kind::Begin, 0, ANSWER_WAIT)?;
+    exchange(port, &transfer::begin(content), Kind::Begin, 0, ANSWER_WAIT)?;
     let mut offset = 0;
     while let Some(chunk) = transfer::chunk(content, offset) {
         let end = content.len().min(offset + LONGEST_CHUNK);
-        offset = exchange(wire, &chunk, Kind::Chunk, end, ANSWER_WAIT)?;
+        offset = exchange(port, &chunk, Kind::Chunk, end, ANSWER_WAIT)?;
         arrived(offset);
     }
     let commit = transfer::commit();
-    exchange(wire, &commit, Kind::Commit, content.len(), COMMIT_WAIT)?;
+    exchange(port, &commit, Kind::Commit, content.len(), COMMIT_WAIT)?;
     Ok(())
 }
 
 /// Sends a frame until the board has taken it; returns how many bytes it has.
 fn exchange(
-    wire: &mut Wire,
+    port: &mut Port,
     payload: &[u8],
     kind: Kind,
     bytes_then: usize,
     wait: Duration,
 ) -> Result<usize, SendError> {
     for _ in 0..ATTEMPTS {
-        wire.send(payload)?;
-        if let Some(received) = answer(wire, kind, bytes_then, Instant::now() + wait)? {
+        port.send(payload)?;
+        if let Some(received) = answer(port, kind, bytes_then, Instant::now() + wait)? {
             return Ok(received);
         }
     }
@@ -76,12 +76,12 @@ fn exchange(
 /// The answer to a frame of this kind; late answers to earlier pieces and
 /// frames about other things are passed over.
 fn answer(
-    wire: &mut Wire,
+    port: &mut Port,
     kind: Kind,
     bytes_then: usize,
     until: Instant,
 ) -> Result<Option<usize>, SendError> {
-    while let Some(payload) = wire.receive(until)? {
+    while let Some(payload) = port.receive(until)? {
         let Some(answer) = read_answer(&payload) else {
             continue;
         };

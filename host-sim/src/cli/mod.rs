@@ -1,6 +1,7 @@
 //! The commands of the `pneuma` program. Each returns an exit status; a bad
 //! input is one line on standard error and status 2.
 
+pub mod board;
 pub mod closed_loop;
 pub mod compare;
 pub mod controller;

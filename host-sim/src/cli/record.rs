@@ -8,17 +8,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use firmware::telemetry::{Streaming, read_streaming, read_tick, stream};
+use firmware::telemetry::{read_tick, stream};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CommandError;
+use super::board::not_done;
 use super::inputs::{bad_input, check_outputs, read_rig, spinner};
+use crate::board::orders::begin_stream;
+use crate::board::port::{BAUD, Port, PortError};
 use crate::board::recorder::{Losses, Recorder, RecorderError, RecorderStartError, check_signals};
-use crate::board::wire::{BAUD, Wire, WireError};
 use crate::text::file_name;
 
-const ANSWER_WAIT: Duration = Duration::from_millis(500);
-const ATTEMPTS: usize = 5;
 /// How long a board may be silent.
 const SILENCE: Duration = Duration::from_secs(3);
 /// How often the wish to stop is looked at.
@@ -75,23 +75,24 @@ pub fn run(arguments: &RecordArguments, out: &mut dyn Write) -> Result<(), Comma
     let rig = read_rig(&arguments.rig)?;
     let rig_name = arguments.rig.display().to_string();
     check_signals(&rig, &rig_name).map_err(bad_input)?;
-    let mut wire = Wire::open(&arguments.serial, arguments.baud).map_err(bad_input)?;
-    let streaming = begin(&mut wire, arguments).map_err(bad_input)?;
-    let damaged_before = wire.damaged();
+    let mut port = Port::open(&arguments.serial, arguments.baud).map_err(bad_input)?;
+    let streaming = begin_stream(&mut port, arguments.decimate)
+        .map_err(|error| not_done(&arguments.serial, &error))?;
+    let damaged_before = port.damaged();
     let file = File::create(&arguments.out).map_err(|error| cannot_write(arguments, &error))?;
     let start = Recorder::new(BufWriter::new(file), &rig, &rig_name, streaming);
     let mut recorder = start.map_err(|error| match error {
         RecorderStartError::Rig(error) => bad_input(error),
         RecorderStartError::Output(error) => cannot_write(arguments, &error),
     })?;
-    let ending = record(&mut wire, &mut recorder, arguments)?;
+    let ending = record(&mut port, &mut recorder, arguments)?;
     // The board may have gone: then there is nothing to stop.
-    let _ = wire.send(&stream(0));
+    let _ = port.send(&stream(0));
     let seconds = recorder.duration_s();
     let (rows, mut losses) = recorder
         .finish()
         .map_err(|error| cannot_write(arguments, &error))?;
-    losses.damaged_frames = u64::from(wire.damaged() - damaged_before);
+    losses.damaged_frames = u64::from(port.damaged() - damaged_before);
     report(arguments, rows, seconds, &losses, &ending, out)?;
     judge(arguments, &losses, &ending)
 }
@@ -101,27 +102,8 @@ fn cannot_write(arguments: &RecordArguments, error: &std::io::Error) -> CommandE
     bad_input(format!("{path}: cannot be written: {error}"))
 }
 
-/// Has the board stream; asks again if it does not answer.
-fn begin(wire: &mut Wire, arguments: &RecordArguments) -> Result<Streaming, String> {
-    for _ in 0..ATTEMPTS {
-        let asked = wire.send(&stream(arguments.decimate));
-        asked.map_err(|error| error.to_string())?;
-        let until = Instant::now() + ANSWER_WAIT;
-        while let Some(payload) = wire.receive(until).map_err(|error| error.to_string())? {
-            let answer = read_streaming(&payload);
-            if let Some(answer) = answer.filter(|one| one.decimation == arguments.decimate) {
-                return Ok(answer);
-            }
-        }
-    }
-    Err(format!(
-        "{}: the board does not answer ({ATTEMPTS} attempts): is it powered, is this its port, is its firmware running?",
-        file_name(&arguments.serial)
-    ))
-}
-
 fn record<W: Write>(
-    wire: &mut Wire,
+    port: &mut Port,
     recorder: &mut Recorder<W>,
     arguments: &RecordArguments,
 ) -> Result<Ending, CommandError> {
@@ -135,9 +117,9 @@ fn record<W: Write>(
         if last_heard.elapsed() > SILENCE {
             break Ending::Early(format!("the board fell silent for {} s", SILENCE.as_secs()));
         }
-        let payload = match wire.receive(Instant::now() + GLANCE) {
+        let payload = match port.receive(Instant::now() + GLANCE) {
             Ok(payload) => payload,
-            Err(WireError::Closed(_)) if arguments.seconds.is_none() => break Ending::Done,
+            Err(PortError::Closed(_)) if arguments.seconds.is_none() => break Ending::Done,
             Err(error) => break Ending::Early(error.to_string()),
         };
         let Some(tick) = payload.as_deref().and_then(read_tick) else {
@@ -162,7 +144,7 @@ fn record<W: Write>(
 }
 
 /// Set by Ctrl-C.
-fn stop_wish() -> Result<Arc<AtomicBool>, CommandError> {
+pub(super) fn stop_wish() -> Result<Arc<AtomicBool>, CommandError> {
     let stopped = Arc::new(AtomicBool::new(false));
     let wish = Arc::clone(&stopped);
     match ctrlc::set_handler(move || wish.store(true, Ordering::Relaxed)) {

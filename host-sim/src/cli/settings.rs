@@ -12,8 +12,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::CommandError;
 use super::inputs::{bad_input, check_outputs, read_rig, write_bytes};
 use crate::board::image::write_into;
+use crate::board::port::{BAUD, Port};
 use crate::board::send::send;
-use crate::board::wire::{BAUD, Wire};
 use crate::settings::settings;
 use crate::text::file_name;
 
@@ -108,13 +108,13 @@ fn into_image(path: &Path, settings: &Settings) -> Result<(), CommandError> {
 fn to_board(port: &str, baud: u32, settings: &Settings) -> Result<(), CommandError> {
     let content = record::encode_content(settings)
         .ok_or_else(|| bad_input("the settings are longer than any record"))?;
-    let mut wire = Wire::open(port, baud).map_err(bad_input)?;
+    let mut board = Port::open(port, baud).map_err(bad_input)?;
     let bar = ProgressBar::new(content.len() as u64);
     let template = "settings {bar:30} {bytes}/{total_bytes}";
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
-    let sent = send(&mut wire, &content, |arrived| {
+    let sent = send(&mut board, &content, |arrived| {
         bar.set_position(arrived as u64);
     });
     bar.finish_and_clear();

@@ -34,4 +34,4 @@ pub use record::recorded;
 pub use run::{Course, Row, Run, run};
 pub use score::{Case, Factory, Measure, MeasuredCase, Score, ScoreError, run_case, score};
 pub use tune::{retune_pid, tune_pid};
-pub use wire::{RemoteController, Served, Wire, serve};
+pub use wire::{RemoteController, Served, serve};

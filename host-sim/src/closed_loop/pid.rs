@@ -20,7 +20,7 @@ use super::drive::{Drive, DriveError};
 use crate::model::AxisFault;
 use crate::plant::PlantSettings;
 use crate::rig::{FeedsAWhen, Rig};
-use firmware::codes::CommandShaper;
+use firmware::codes::{CommandShaper, ValveConverter};
 use firmware::control_task::{Sample, State};
 use firmware::link::CommandRecord;
 
@@ -133,7 +133,7 @@ impl PidController {
             },
             integral_v: 0.0,
             rests: false,
-            shaper: CommandShaper::default(),
+            shaper: CommandShaper::new(ValveConverter::TwelveBits),
         })
     }
 

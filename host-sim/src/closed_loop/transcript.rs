@@ -3,7 +3,7 @@
 
 use super::drive::{Drive, DriveError, HostController};
 use super::run::Run;
-use super::wire::{Wire, framed};
+use crate::wire::{Wire, framed};
 use firmware::control_task::{ControlTask, Sample};
 use firmware::link::{self, CommandRecord, FromPlant};
 use std::io::{self, Read, Write};

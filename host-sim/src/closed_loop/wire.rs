@@ -5,79 +5,11 @@
 //! telemetry); damaged frames are dropped and counted.
 
 use super::drive::{Drive, DriveError};
+use crate::wire::Wire;
 use firmware::control_task::{ControlTask, Sample};
-use firmware::frame::{Decoder, Received, encode};
 use firmware::link::{self, CommandRecord, FromPlant, Order, Payload};
+use firmware::start::ResetCause;
 use std::io::{self, Read, Write};
-
-/// Frames over a byte stream.
-pub struct Wire<S> {
-    stream: S,
-    decoder: Decoder,
-    bytes: Box<[u8; 4096]>,
-    next: usize,
-    end: usize,
-}
-
-impl<S: Read> Wire<S> {
-    /// A wire on which nothing has been sent.
-    pub fn new(stream: S) -> Self {
-        Self {
-            stream,
-            decoder: Decoder::new(),
-            bytes: Box::new([0; 4096]),
-            next: 0,
-            end: 0,
-        }
-    }
-
-    /// The next sound payload; `None` at the end of the stream.
-    pub fn receive(&mut self) -> io::Result<Option<Payload>> {
-        loop {
-            while let Some(byte) = self.bytes[..self.end].get(self.next) {
-                self.next += 1;
-                if let Received::Payload(payload) = self.decoder.feed(*byte)
-                    && let Ok(payload) = Payload::from_slice(payload)
-                {
-                    return Ok(Some(payload));
-                }
-            }
-            self.next = 0;
-            self.end = self.fill()?;
-            if self.end == 0 {
-                return Ok(None);
-            }
-        }
-    }
-
-    fn fill(&mut self) -> io::Result<usize> {
-        loop {
-            match self.stream.read(&mut self.bytes[..]) {
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                done => return done,
-            }
-        }
-    }
-
-    /// Frames dropped so far.
-    pub fn dropped(&self) -> u32 {
-        self.decoder.dropped()
-    }
-}
-
-impl<S: Write> Wire<S> {
-    /// Sends a payload.
-    pub fn send(&mut self, payload: &[u8]) -> io::Result<()> {
-        self.stream.write_all(&framed(payload)?)?;
-        self.stream.flush()
-    }
-}
-
-/// A payload as it goes onto the wire.
-pub(super) fn framed(payload: &[u8]) -> io::Result<firmware::frame::Frame> {
-    let too_long = || io::Error::other("a payload longer than any frame");
-    encode(payload).ok_or_else(too_long)
-}
 
 /// A controller at the other end of a stream.
 pub struct RemoteController<S> {
@@ -122,7 +54,7 @@ impl<S: Read + Write> RemoteController<S> {
         self.wire
             .send(&link::end())
             .map_err(|error| broken(&error, "the end of the run"))?;
-        Ok(self.wire.stream)
+        Ok(self.wire.into_stream())
     }
 }
 
@@ -200,6 +132,9 @@ pub fn serve<S: Read + Write>(
             Some(FromPlant::End) => {
                 served.ended = true;
                 break;
+            }
+            Some(FromPlant::AskStatus) => {
+                wire.send(&task.status(ResetCause::Unknown, false).payload())?;
             }
             // A reference without a sample is for a board with sensors of its own.
             Some(FromPlant::Reference(_)) | None => unread += 1,

@@ -12,10 +12,11 @@ pub fn fault_list() -> String {
          |---:|---|---|---|---|---|\n",
     );
     for description in &DESCRIPTIONS {
-        let leaves = if description.fault.is_standing() {
-            "no: reset"
-        } else {
-            "yes"
+        let fault = description.fault;
+        let leaves = match (fault.is_standing(), fault.ends_with_settings()) {
+            (false, _) => "yes",
+            (true, false) => "no: reset",
+            (true, true) => "after new settings, or reset",
         };
         let _ = writeln!(
             text,

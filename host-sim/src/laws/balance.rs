@@ -299,7 +299,8 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         let load_n = match &load {
             // A contact lasts a few rows: its velocity is hardly smoothed.
             Some(load) if row > 0 => {
-                let [from, to] = [before, row].map(|row| R::from_f64(slope(time, position, row)));
+                let [from, to] =
+                    [before, row].map(|row| R::from_f64(slope(time, position, row, 1)));
                 load.follow(&mut state.load, from, to, dt)
             }
             _ => R::ZERO,

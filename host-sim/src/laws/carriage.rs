@@ -48,7 +48,8 @@ pub(super) fn predict<R: Real>(
     initial: &[R],
     sink: &mut impl Sink<R>,
 ) {
-    let (Some(a), Some(b)) = (track.signal("p_a"), track.signal("p_b")) else {
+    let (Some(a), Some(b), Some(x)) = (track.signal("p_a"), track.signal("p_b"), track.signal("x"))
+    else {
         return;
     };
     let carriage = values.carriage();
@@ -59,9 +60,17 @@ pub(super) fn predict<R: Real>(
     // What the sensors show is their offset too high.
     let true_pa = |[a, b]: [f64; 2]| (R::from_f64(a) - offsets[0], R::from_f64(b) - offsets[1]);
     let mut state = CarriageState::new(initial[0], initial[1]);
+    let forces = |row: usize, velocity: R| {
+        let (p_a, p_b) = true_pa([a[row], b[row]]);
+        let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
+        let here = CarriageState::new(R::from_f64(x[row]), velocity);
+        let levels = carriage.levels(&here, levels);
+        let friction = levels.steady_n(&carriage.bristle, velocity);
+        [drive(p_a, p_b), friction, levels.coulomb_n]
+    };
     let at_start = |p: &[f64]| p.get(rows.start).copied().unwrap_or(f64::NAN);
     let (p_a, p_b) = true_pa([a, b].map(at_start));
-    recall(&carriage, track, rows.start, &mut state);
+    recall(&carriage, track, rows.start, &forces, &mut state);
     let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
     let levels = carriage.levels(&state, levels);
     let drive_n = drive(p_a, p_b);

@@ -25,7 +25,7 @@ pub(super) const SECTIONS: &[&str] = &[
 ];
 
 /// The sections with names of their own inside.
-pub(super) const OPEN_SECTIONS: &[&str] = &["signals", "uncertainty", "effects"];
+pub(super) const OPEN_SECTIONS: &[&str] = &["signals", "uncertainty", "controller", "effects"];
 
 /// What a number may be, and how a line says so.
 pub(crate) struct Limits {

@@ -69,6 +69,9 @@ pub struct Rig {
     /// `[uncertainty]` as typed: relative, absolute for keys ending in `_V`
     /// that are no tables. [`Rig::uncertainty_sd`] gives absolute values.
     pub uncertainty: BTreeMap<String, f64>,
+    /// `[controller]`: gains of the board's controller that are not the standard
+    /// ones, by the names of [`firmware::settings::Gains`].
+    pub controller: BTreeMap<String, f64>,
     /// `[effects.NAME]`: left-out physics already modelled, with parameters.
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
 }

@@ -8,6 +8,7 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
+use firmware::settings::Gains;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -193,6 +194,7 @@ impl<'t> Reader<'t> {
         match section {
             "format" | "uncertainty" => Ok(()),
             "signals" => self.read_signals(entry),
+            "controller" => self.read_controller(entry),
             "effects" => self.read_effects(entry),
             known if SECTIONS.contains(&known) => self.read_section(known, entry),
             _ => {
@@ -469,6 +471,34 @@ impl<'t> Reader<'t> {
             return Err(self.error(span, Some(table.key()), problem, "at least 2"));
         }
         Ok(points)
+    }
+
+    // [controller]
+
+    /// Judged as the board judges them, with the line.
+    fn read_controller(&mut self, entry: &Entry<'t>) -> Result<(), RigError> {
+        let known = Gains::default().fields();
+        for (name, entry) in self.table("controller", entry)? {
+            let key = format!("controller.{}", name.get_ref());
+            let Some(gain) = known.iter().find(|gain| gain.name == key) else {
+                let names =
+                    known.map(|gain| in_section(gain.name, "controller").unwrap_or(gain.name));
+                let expected = expected_one_of(name.get_ref(), &names);
+                let key = one_line(&key);
+                return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
+            };
+            let value = numeric(entry).filter(|value| value.is_finite());
+            let range = f64::from(gain.lowest)..=f64::from(gain.highest);
+            let Some(value) = value.filter(|value| range.contains(value)) else {
+                let problem = format!("is {}", shown(entry));
+                let expected = format!("a number from {} to {}", gain.lowest, gain.highest);
+                return Err(self.error(Some(entry.span()), Some(&key), problem, &expected));
+            };
+            self.rig
+                .controller
+                .insert(name.get_ref().to_string(), value);
+        }
+        Ok(())
     }
 
     // [effects.NAME] and [uncertainty]

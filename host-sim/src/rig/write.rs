@@ -14,6 +14,7 @@ impl Rig {
             self.write_section(&mut text, section);
         }
         self.write_uncertainty(&mut text);
+        self.write_controller(&mut text);
         self.write_effects(&mut text);
         text
     }
@@ -78,6 +79,16 @@ impl Rig {
         text.push_str("\n[uncertainty]\n");
         for (key, value) in &self.uncertainty {
             line(text, &quoted(key), &float(*value));
+        }
+    }
+
+    fn write_controller(&self, text: &mut String) {
+        if self.controller.is_empty() {
+            return;
+        }
+        text.push_str("\n[controller]\n");
+        for (key, value) in &self.controller {
+            line(text, key, &float(*value));
         }
     }
 

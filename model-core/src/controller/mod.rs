@@ -260,9 +260,7 @@ impl<R: Real> Controller<R> {
 
     /// One tick without a task: the observer goes on, the valve is at its null.
     pub fn idle(&self, state: &mut ControllerState<R>, measured: &Measurements<R>) -> Action<R> {
-        let (axis, command_v) = (&self.axis, state.command_v);
-        self.observer
-            .step(axis, &mut state.observer, command_v, measured);
+        self.observe(state, measured);
         state.command_v = self.null_v();
         state.follower = Follower::at(state.observer.carriage.position_m.value);
         state.acceleration_m_per_s2 = R::ZERO;
@@ -278,12 +276,10 @@ impl<R: Real> Controller<R> {
         measured: &Measurements<R>,
         reference: &Reference<R>,
     ) -> Action<R> {
-        let (axis, command_v) = (&self.axis, state.command_v);
-        self.observer
-            .step(axis, &mut state.observer, command_v, measured);
+        self.observe(state, measured);
         let reference = state
             .follower
-            .step(&self.gains.motion, reference, axis.dt_s);
+            .step(&self.gains.motion, reference, self.axis.dt_s);
         let ahead = self.ahead(state, &reference);
         let errors = Errors {
             position_m: reference.position_m - state.observer.carriage.position_m.value,
@@ -291,9 +287,14 @@ impl<R: Real> Controller<R> {
         };
         let force_n = self.gas_force_n(state);
         let was_resting = state.rest.is_resting();
-        state
-            .rest
-            .step(&self.gains, axis, &state.observer, &ahead, &errors, force_n);
+        state.rest.step(
+            &self.gains,
+            &self.axis,
+            &state.observer,
+            &ahead,
+            &errors,
+            force_n,
+        );
         let command_v = if state.rest.is_resting() {
             self.rest_command_v(state)
         } else {
@@ -309,6 +310,14 @@ impl<R: Real> Controller<R> {
             .done(command_v, self.null_v())
             .clamp(lowest_v, highest_v);
         self.action(state)
+    }
+
+    /// One tick of the observer, under the command that acted since the last.
+    #[inline]
+    fn observe(&self, state: &mut ControllerState<R>, measured: &Measurements<R>) {
+        let command_v = state.command_v;
+        self.observer
+            .step(&self.axis, &mut state.observer, command_v, measured);
     }
 
     fn action(&self, state: &ControllerState<R>) -> Action<R> {

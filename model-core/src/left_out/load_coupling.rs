@@ -9,7 +9,7 @@
 //!
 //! The declared mass M is all that moves: an engineer weighs carriage and load
 //! together, and so does a slow or rigid motion. Without play the spring pulls
-//! as well as it pushes.
+//! as well as it pushes. The gap is the whole play: twice what is meant by +- d.
 //!
 //! Source: bolted and belted payloads, 1e5-1e6 N/m (30-120 Hz); play 20-200 um,
 //! in worn couplings 1 mm. It matters from a deflection M2 a/k of some 10 um or

@@ -100,27 +100,6 @@ impl<R: Real> AreaTable<R> {
         area * self.area_scale
     }
 
-    /// The opening whose area times `flow_per_m2` is `flow`, and whether there
-    /// is one; else the end of the table that comes nearest: shut where the path
-    /// runs backwards.
-    pub fn opening_v(&self, flow: R, flow_per_m2: R) -> (R, bool) {
-        let last = self.length - 1;
-        let full_v = at(&self.openings_v, last) * self.opening_stretch;
-        if flow_per_m2 <= R::ZERO {
-            return (R::ZERO, false);
-        }
-        let area = flow / flow_per_m2 / self.area_scale;
-        if area > at(&self.areas_m2, last) {
-            return (full_v, false);
-        }
-        if area < self.areas_m2[0] {
-            return (R::ZERO, false);
-        }
-        let above = self.first_above(&self.areas_m2, area);
-        let opening = interpolate(&self.areas_m2, &self.openings_v, above, area);
-        (opening * self.opening_stretch, true)
-    }
-
     /// The opening up to which only the leakage flows, V.
     pub fn edge_v(&self) -> R {
         let mut point = 0;

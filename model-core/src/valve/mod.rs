@@ -62,16 +62,6 @@ pub enum Port {
     B,
 }
 
-/// The command that the inverse found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InverseFlow<R> {
-    /// Valve command, V.
-    pub command_v: R,
-    /// False where the wanted flow lies beyond what the open valve passes; the
-    /// command is then that of the nearest flow.
-    pub reached: bool,
-}
-
 impl<R: Real> Valve<R> {
     /// Opening towards feeding port a, V: positive feeds a and empties b.
     #[inline]
@@ -142,132 +132,11 @@ impl<R: Real> Valve<R> {
         let share = (wanted - low) / (high - low);
         (low_v + share * (self.supply.point_v(above) - low_v), true)
     }
-
-    /// The command that gives a wanted net mass flow into a port (kg/s), through
-    /// the dead zone and against the leakage of both closed paths.
-    ///
-    /// The net flow grows with the opening towards the port: supply area times
-    /// its flow per area, less exhaust area times its own. Where only the
-    /// leakage flows, the whole dead zone gives the same flow; the null is
-    /// returned there. A pressure outside of exhaust..supply, where one path
-    /// runs backwards, is served by the path that still can.
-    pub fn command_for_flow(
-        &self,
-        port: Port,
-        wanted_kg_per_s: R,
-        chamber: GasState<R>,
-        supply: GasState<R>,
-        exhaust: GasState<R>,
-    ) -> InverseFlow<R> {
-        let per_area = |from, to| self.law.flow(R::ONE, from, to).mass_flow_kg_per_s;
-        let inflow_per_m2 = per_area(supply, chamber);
-        let outflow_per_m2 = per_area(chamber, exhaust);
-        let shut_supply_m2 = self.supply.area_m2(R::ZERO);
-        let shut_exhaust_m2 = self.exhaust.area_m2(R::ZERO);
-        let at_null = inflow_per_m2 * shut_supply_m2 - outflow_per_m2 * shut_exhaust_m2;
-        let (opening, reached) = if wanted_kg_per_s > at_null {
-            let through_supply = wanted_kg_per_s + outflow_per_m2 * shut_exhaust_m2;
-            self.supply.opening_v(through_supply, inflow_per_m2)
-        } else if wanted_kg_per_s < at_null {
-            let through_exhaust = inflow_per_m2 * shut_supply_m2 - wanted_kg_per_s;
-            let (opening, reached) = self.exhaust.opening_v(through_exhaust, outflow_per_m2);
-            (-opening, reached)
-        } else {
-            (R::ZERO, true)
-        };
-        let towards_a = match port {
-            Port::A => opening,
-            Port::B => -opening,
-        };
-        InverseFlow {
-            command_v: self.command_for_opening_v(towards_a),
-            reached,
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::paper;
-
-    const SUPPLY: GasState<f64> = GasState {
-        pressure_pa: 7e5,
-        temperature_k: 293.15,
-    };
-    const EXHAUST: GasState<f64> = GasState {
-        pressure_pa: 101_325.0,
-        temperature_k: 293.15,
-    };
-
-    fn net_flow(valve: &Valve<f64>, port: Port, command_v: f64, chamber: GasState<f64>) -> f64 {
-        let areas = valve.areas(command_v);
-        let (supply, exhaust) = match port {
-            Port::A => (areas.supply_a_m2, areas.exhaust_a_m2),
-            Port::B => (areas.supply_b_m2, areas.exhaust_b_m2),
-        };
-        valve.law.flow(supply, SUPPLY, chamber).mass_flow_kg_per_s
-            - valve.law.flow(exhaust, chamber, EXHAUST).mass_flow_kg_per_s
-    }
-
-    #[test]
-    fn prop_inverse_returns_the_command_that_gives_the_flow() {
-        let mut valve = paper::axis::<f64>().valve;
-        for feeds_a_above_null in [true, false] {
-            valve.feeds_a_above_null = feeds_a_above_null;
-            for port in [Port::A, Port::B] {
-                for pressure_pa in [1.2e5, 3e5, 5.25e5, 6.9e5] {
-                    for wanted in [-6e-3, -2e-4, -1e-5, 0.0, 1e-5, 3e-4, 1.2e-3] {
-                        let chamber = GasState {
-                            pressure_pa,
-                            temperature_k: 285.0,
-                        };
-                        let inverse =
-                            valve.command_for_flow(port, wanted, chamber, SUPPLY, EXHAUST);
-                        let flow = net_flow(&valve, port, inverse.command_v, chamber);
-                        if inverse.reached {
-                            assert!((flow - wanted).abs() < 1e-12, "{wanted} at {pressure_pa}");
-                        } else {
-                            assert!(flow.abs() < wanted.abs(), "{wanted} at {pressure_pa}");
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn prop_flow_at_full_opening_is_reached_and_more_is_not() {
-        let valve = paper::axis::<f64>().valve;
-        let chamber = GasState {
-            pressure_pa: 4e5,
-            temperature_k: 293.15,
-        };
-        let most = net_flow(&valve, Port::A, 10.0, chamber);
-        let inverse = |wanted| valve.command_for_flow(Port::A, wanted, chamber, SUPPLY, EXHAUST);
-        assert!(inverse(0.999 * most).reached);
-        assert!(!inverse(1.001 * most).reached);
-    }
-
-    #[test]
-    fn regress_a_path_that_runs_backwards_is_kept_shut() {
-        // Compressed above the supply a chamber cannot be filled, nor one below
-        // the exhaust be emptied: opening would only do the opposite.
-        let valve = paper::axis::<f64>().valve;
-        for (pressure_pa, wanted) in [(7.5e5, 1e-3), (0.8e5, -1e-3)] {
-            let chamber = GasState {
-                pressure_pa,
-                temperature_k: 293.15,
-            };
-            let inverse = valve.command_for_flow(Port::A, wanted, chamber, SUPPLY, EXHAUST);
-            assert!(!inverse.reached);
-            let found = net_flow(&valve, Port::A, inverse.command_v, chamber);
-            for command_v in [0.0, 2.0, 8.0, 10.0] {
-                let other = net_flow(&valve, Port::A, command_v, chamber);
-                assert!((found - wanted).abs() <= (other - wanted).abs());
-            }
-        }
-    }
 
     #[test]
     fn prop_ports_mirror_each_other() {

@@ -11,7 +11,7 @@ use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_semihosting::debug;
 use device::Interrupt;
-use firmware::codes::DacCode;
+use firmware::codes::{DacCode, ValveConverter};
 use firmware::control_task::Sample;
 use firmware::fault::Finding;
 use firmware::start::ResetCause;
@@ -28,6 +28,7 @@ impl Board for Mps2 {
     type Storage = storage::Memory;
 
     const TICK_PERIOD_NS: u32 = 1_000_000;
+    const VALVE_CONVERTER: ValveConverter = ValveConverter::TwelveBits;
     const ANSWERS_PLANT: bool = true;
 
     fn start(core: cortex_m::Peripherals) -> Parts<Self> {

@@ -32,7 +32,7 @@ use converters::Converters;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{DWT, SCB, SYST};
 use defmt_rtt as _;
-use firmware::codes::{AdcCodes, DacCode};
+use firmware::codes::{AdcCodes, DacCode, ValveConverter};
 use firmware::control_task::Sample;
 use firmware::fault::{Fault, Finding};
 use firmware::parts::ads8681::{Ads8681, Span};
@@ -46,8 +46,16 @@ use watchdog::Watchdog;
 /// The chip's interrupts.
 pub use stm32f4xx_hal::pac as device;
 
-/// Ticks a second: 1000 to 8000.
-const TICKS_PER_S: u32 = 1_000;
+/// Ticks a second, chosen by a feature.
+const TICKS_PER_S: u32 = if cfg!(feature = "8khz") {
+    8_000
+} else if cfg!(feature = "4khz") {
+    4_000
+} else if cfg!(feature = "2khz") {
+    2_000
+} else {
+    1_000
+};
 /// What the position sensor puts out.
 const POSITION_SPAN: Span = Span::PlusMinus10V;
 
@@ -63,6 +71,7 @@ impl Board for Stm32f405 {
     type Storage = Flash;
 
     const TICK_PERIOD_NS: u32 = 1_000_000_000 / TICKS_PER_S;
+    const VALVE_CONVERTER: ValveConverter = Converter::FINENESS;
     const ANSWERS_PLANT: bool = false;
 
     fn start(mut core: cortex_m::Peripherals) -> Parts<Self> {

@@ -7,7 +7,7 @@
 //! the valve's range instead of the converter: a chip that is held in reset, has
 //! lost its supply or restarts centres the valve.
 
-use firmware::codes::DacCode;
+use firmware::codes::{DacCode, ValveConverter};
 
 #[cfg(not(feature = "spi-dac"))]
 pub use own::Converter;
@@ -20,7 +20,7 @@ pub const MIDDLE: DacCode = DacCode(0x8000);
 /// The chip's own converter, 12 bits.
 #[cfg(not(feature = "spi-dac"))]
 mod own {
-    use super::{DacCode, MIDDLE};
+    use super::{DacCode, MIDDLE, ValveConverter};
     use stm32f4xx_hal::pac::dac::cr::TSEL1;
     use stm32f4xx_hal::pac::{DAC, RCC};
 
@@ -30,6 +30,9 @@ mod own {
     }
 
     impl Converter {
+        /// Its steps.
+        pub const FINENESS: ValveConverter = ValveConverter::TwelveBits;
+
         /// Puts out the valve's middle at once, and from then on what is written
         /// at the timer's edges. The pin already is analogue. The buffer stays
         /// off: it comes within 0.2 V of either end only.
@@ -70,7 +73,7 @@ mod own {
 #[cfg(feature = "spi-dac")]
 mod spi {
     use super::super::spi::{Bus, CoreDelay, Device};
-    use super::{DacCode, MIDDLE};
+    use super::{DacCode, MIDDLE, ValveConverter};
     use firmware::parts::dac8563::Dac8563;
     use stm32f4xx_hal::gpio::{Output, PA15};
     use stm32f4xx_hal::pac::SPI3;
@@ -83,6 +86,9 @@ mod spi {
     }
 
     impl Converter {
+        /// Its steps.
+        pub const FINENESS: ValveConverter = ValveConverter::SixteenBits;
+
         /// Puts out the valve's middle; pins and the bus' clock are ready.
         pub fn start(bus: Bus<SPI3>, select: PA15<Output>, delay: CoreDelay) -> Self {
             let Ok(device) = Device::new(bus, select, delay);

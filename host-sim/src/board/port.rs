@@ -1,22 +1,22 @@
-//! Frames over a serial port or a TCP connection.
+//! Frames to and from a board: over a serial port, or TCP to one in QEMU.
 
-use std::collections::VecDeque;
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use firmware::frame::{Decoder, Received, encode};
+use firmware::link::Payload;
+
+use crate::wire::{Heard, Wire};
 
 /// The board's rate on USART1.
 pub const BAUD: u32 = 921_600;
 /// How long one reading waits: it bounds how late a time limit is seen.
 const READ_WAIT: Duration = Duration::from_millis(20);
 const CONNECT_WAIT: Duration = Duration::from_secs(5);
-const READ_BYTES: usize = 4096;
 
 /// Why nothing can be said or heard any more; one line.
 #[derive(Debug, thiserror::Error)]
-pub enum WireError {
+pub enum PortError {
     /// The port or the connection could not be opened.
     #[error(
         "{name}: cannot be opened: {cause}, expected a serial port such as /dev/ttyUSB0 or an address such as 127.0.0.1:5555"
@@ -43,18 +43,16 @@ pub enum WireError {
 trait Stream: Read + Write {}
 impl<T: Read + Write> Stream for T {}
 
-/// A wire to a board.
-pub struct Wire {
+/// Where a board is reached.
+pub struct Port {
     name: String,
-    stream: Box<dyn Stream>,
-    decoder: Decoder,
-    waiting: VecDeque<Vec<u8>>,
+    wire: Wire<Box<dyn Stream>>,
 }
 
-impl Wire {
+impl Port {
     /// Opens `HOST:PORT` or else a serial port at this rate.
-    pub fn open(name: &str, baud: u32) -> Result<Self, WireError> {
-        let fault = |cause: String| WireError::Open {
+    pub fn open(name: &str, baud: u32) -> Result<Self, PortError> {
+        let fault = |cause: String| PortError::Open {
             name: name.into(),
             cause,
         };
@@ -66,56 +64,33 @@ impl Wire {
         };
         Ok(Self {
             name: name.into(),
-            stream,
-            decoder: Decoder::new(),
-            waiting: VecDeque::new(),
+            wire: Wire::new(stream),
         })
     }
 
     /// Frames so far that were damaged on the way.
     pub fn damaged(&self) -> u32 {
-        self.decoder.dropped()
+        self.wire.dropped()
     }
 
     /// Sends a payload.
-    pub fn send(&mut self, payload: &[u8]) -> Result<(), WireError> {
-        let frame = encode(payload).ok_or_else(|| self.broken("the payload is too long"))?;
-        let sent = self.stream.write_all(&frame);
-        sent.and_then(|()| self.stream.flush())
-            .map_err(|cause| self.broken(cause))
+    pub fn send(&mut self, payload: &[u8]) -> Result<(), PortError> {
+        let sent = self.wire.send(payload);
+        sent.map_err(|cause| self.broken(cause))
     }
 
     /// The next payload; `None` if there is none until then.
-    pub fn receive(&mut self, until: Instant) -> Result<Option<Vec<u8>>, WireError> {
-        loop {
-            if let Some(payload) = self.waiting.pop_front() {
-                return Ok(Some(payload));
-            }
-            if Instant::now() >= until {
-                return Ok(None);
-            }
-            self.read_some()?;
+    pub fn receive(&mut self, until: Instant) -> Result<Option<Payload>, PortError> {
+        match self.wire.receive_until(until) {
+            Ok(Heard::Payload(payload)) => Ok(Some(payload)),
+            Ok(Heard::Nothing) => Ok(None),
+            Ok(Heard::End) => Err(PortError::Closed(self.name.clone())),
+            Err(cause) => Err(self.broken(cause)),
         }
     }
 
-    fn read_some(&mut self) -> Result<(), WireError> {
-        let mut bytes = [0; READ_BYTES];
-        let count = match self.stream.read(&mut bytes) {
-            Ok(0) => return Err(WireError::Closed(self.name.clone())),
-            Ok(count) => count,
-            Err(cause) if is_no_news(&cause) => return Ok(()),
-            Err(cause) => return Err(self.broken(cause)),
-        };
-        for byte in bytes.iter().take(count) {
-            if let Received::Payload(payload) = self.decoder.feed(*byte) {
-                self.waiting.push_back(payload.to_vec());
-            }
-        }
-        Ok(())
-    }
-
-    fn broken(&self, cause: impl ToString) -> WireError {
-        WireError::Broken {
+    fn broken(&self, cause: io::Error) -> PortError {
+        PortError::Broken {
             name: self.name.clone(),
             cause: cause.to_string(),
         }
@@ -148,13 +123,6 @@ fn connect(address: &str) -> io::Result<TcpStream> {
     Ok(stream)
 }
 
-fn is_no_news(cause: &io::Error) -> bool {
-    matches!(
-        cause.kind(),
-        io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,7 +139,7 @@ mod tests {
 
     #[test]
     fn prop_a_port_that_is_not_there_is_one_line() {
-        let Err(error) = Wire::open("/dev/no-such-port", BAUD) else {
+        let Err(error) = Port::open("/dev/no-such-port", BAUD) else {
             panic!("there is no such port");
         };
         let line = error.to_string();

@@ -1,0 +1,132 @@
+//! A status report in words: the state, the fault with its cause and what to do,
+//! why the board started, what it has counted.
+
+use firmware::control_task::State;
+use firmware::fault::{DESCRIPTIONS, Description, Fault, Finding};
+use firmware::start::ResetCause;
+use firmware::status::Status;
+
+/// What people should know of a fault.
+pub fn description(fault: Fault) -> Option<&'static Description> {
+    DESCRIPTIONS
+        .iter()
+        .find(|description| description.fault == fault)
+}
+
+/// A fault in one line: its name, where it was seen and what to do.
+pub fn fault_line(finding: Finding) -> String {
+    let code = finding.fault.code();
+    match description(finding.fault) {
+        Some(known) => format!(
+            "fault {code}, {}{}: {}{}",
+            known.name,
+            detail(known, finding.detail),
+            known.remedy,
+            way_out(finding.fault)
+        ),
+        None => format!("fault {code}, detail {}", finding.detail),
+    }
+}
+
+/// In brackets the part of the list of details that this one stands for, or its
+/// number and what it counts; nothing for faults without a detail.
+fn detail(known: &Description, detail: u8) -> String {
+    if known.detail == "0" {
+        return String::new();
+    }
+    let list = known
+        .detail
+        .strip_prefix("channel: ")
+        .unwrap_or(known.detail);
+    let entries = list.split(", ");
+    let named = entries.filter_map(|entry| entry.split_once(' '));
+    for (number, name) in named {
+        if number.parse() == Ok(detail) {
+            return format!(" ({name})");
+        }
+    }
+    format!(" ({detail}: {})", known.detail)
+}
+
+fn way_out(fault: Fault) -> &'static str {
+    if fault.is_standing() && !fault.ends_with_settings() {
+        "; nothing can be acknowledged until the board has started anew"
+    } else {
+        "; then `pneuma board acknowledge`"
+    }
+}
+
+/// The state in words.
+pub fn state(state: State) -> &'static str {
+    match state {
+        State::Init => "starting: the observer settles, the valve is at its null",
+        State::Idle => "idle: nothing is asked for, the valve is at its null",
+        State::Track => "tracking: the load follows the reference",
+        State::Fault => "in fault: the valve is at its null",
+    }
+}
+
+fn cause(cause: ResetCause) -> &'static str {
+    match cause {
+        ResetCause::Unknown => "it cannot tell why",
+        ResetCause::PowerOn => "power came",
+        ResetCause::BrownOut => "its supply had dipped",
+        ResetCause::Pin => "somebody pressed reset",
+        ResetCause::Software => "the application asked for it",
+        ResetCause::Watchdog => "the watchdog was not fed",
+    }
+}
+
+/// The whole report, a line each.
+pub fn lines(status: &Status) -> Vec<String> {
+    let mut lines = vec![state(status.state).to_owned()];
+    if let Some(finding) = status.finding {
+        lines.push(fault_line(finding));
+        if let Some(known) = description(finding.fault) {
+            lines.push(format!(
+                "seen at tick {}: {}",
+                status.fault_tick, known.seen
+            ));
+        }
+    }
+    lines.push(format!("started because {}", cause(status.reset_cause)));
+    lines.push(if status.has_built_in_settings {
+        "settings: built in, of no rig: send this rig's with `pneuma settings`".to_owned()
+    } else {
+        "settings: of this rig".to_owned()
+    });
+    let counted = &status.counters;
+    lines.push(format!(
+        "since then: {} faults, {} frames dropped, {} samples missed, {} repeated, {} overruns",
+        counted.faults,
+        counted.dropped_frames,
+        counted.missed_ticks,
+        counted.repeated_ticks,
+        counted.overruns
+    ));
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use firmware::fault::Channel;
+
+    #[test]
+    fn prop_every_fault_has_one_line_with_its_remedy() {
+        for known in &DESCRIPTIONS {
+            for detail in 0..6 {
+                let line = fault_line(known.fault.at(detail));
+                assert!(
+                    line.contains(known.name) && line.contains(known.remedy),
+                    "{line}"
+                );
+                assert!(!line.contains('\n'), "{line}");
+            }
+        }
+        let line = fault_line(Fault::FrozenSensor.of(Channel::SupplyPressure));
+        assert!(line.contains("(p_s)"), "{line}");
+        let line = fault_line(Fault::WatchdogReset.at(2));
+        assert!(line.contains("(exception of the processor)"), "{line}");
+    }
+}

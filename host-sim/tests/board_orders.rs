@@ -1,0 +1,201 @@
+//! What a person tells a board, told to its twin on the host: the same firmware,
+//! an axis in simulation, frames over TCP.
+
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use firmware::fault::Fault;
+use firmware::link::{self, Order};
+use host_sim::board::port::Port;
+use host_sim::board::twin::Twin;
+use host_sim::cli::board::{
+    BoardArguments, BoardOrder, BoardPort, MoveArguments, run as tell_board,
+};
+use host_sim::cli::controller::{ControllerArguments, run as controller};
+use host_sim::cli::record::{RecordArguments, run as record};
+use host_sim::cli::settings::{SettingsArguments, run as settings};
+use host_sim::plant::PlantSettings;
+use host_sim::rig::Rig;
+
+/// Faster than time, so that the tests do not wait for the axis.
+const SPEED: f64 = 20.0;
+
+fn rig_file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/paper.toml")
+}
+
+/// A twin that serves so many hosts, one after the other.
+fn twin(hosts: usize) -> (String, JoinHandle<()>) {
+    twin_of(&Rig::read(rig_file()).expect("it is a rig"), hosts)
+}
+
+fn twin_of(rig: &Rig, hosts: usize) -> (String, JoinHandle<()>) {
+    let plant = PlantSettings::at(0.0, 1);
+    let mut twin = Twin::new(rig, rig, plant).expect("it is an axis");
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let address = listener.local_addr().expect("it has one").to_string();
+    let thread = std::thread::spawn(move || {
+        for _ in 0..hosts {
+            let (stream, _) = listener.accept().expect("a host connects");
+            let wait = Some(Duration::from_millis(1));
+            stream.set_read_timeout(wait).expect("it can be set");
+            twin.serve(stream, SPEED).expect("it serves");
+        }
+    });
+    (address, thread)
+}
+
+fn tell(order: BoardOrder) -> Result<String, String> {
+    let mut out = Vec::new();
+    let outcome = tell_board(&BoardArguments { order }, &mut out);
+    let said = String::from_utf8(out).expect("it is text");
+    match outcome {
+        Ok(()) => Ok(said),
+        Err(error) => {
+            let line = error.to_string();
+            assert!(!line.contains('\n') && said.is_empty(), "{line} {said}");
+            Err(line)
+        }
+    }
+}
+
+fn at(address: &str) -> BoardPort {
+    BoardPort {
+        serial: address.into(),
+        baud: 0,
+    }
+}
+
+fn to(address: &str, to_mm: f64) -> MoveArguments {
+    MoveArguments {
+        port: at(address),
+        to_mm,
+        within_mm: 0.1,
+        seconds: 5.0,
+    }
+}
+
+#[test]
+fn prop_a_move_arrives_is_held_and_let_go() {
+    let (address, thread) = twin(5);
+    let said = tell(BoardOrder::Move(to(&address, -60.0))).expect("it arrives");
+    let place = said
+        .split("at ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
+    let place = place.expect("a place").replace('\u{2212}', "-");
+    let place_mm: f64 = place.parse().expect("a number");
+    assert!((place_mm + 60.0).abs() < 0.05, "{said}");
+    let said = tell(BoardOrder::Status(at(&address))).expect("it answers");
+    assert!(
+        said.contains("tracking") && said.contains("settings: of this rig"),
+        "{said}"
+    );
+    let said = tell(BoardOrder::Stop(at(&address))).expect("it answers");
+    assert!(said.contains("idle"), "{said}");
+    let said = tell(BoardOrder::Acknowledge(at(&address))).expect("it answers");
+    assert!(said.contains("no fault to acknowledge"), "{said}");
+    let mut hasty = to(&address, 60.0);
+    hasty.seconds = 0.1;
+    let line = tell(BoardOrder::Move(hasty)).expect_err("it needs longer");
+    assert!(line.contains("not there after 0.1 s"), "{line}");
+    thread.join().expect("it ends well");
+}
+
+#[test]
+fn prop_a_fault_is_told_with_its_remedy_until_it_is_acknowledged() {
+    let (address, thread) = twin(5);
+    let mut port = Port::open(&address, 0).expect("it listens");
+    let order = Order::Inject(Fault::DacMismatch.at(1));
+    port.send(&link::order(order)).expect("it listens");
+    let soon = Instant::now() + Duration::from_millis(100);
+    while port.receive(soon).expect("it is there").is_some() {}
+    drop(port);
+    let said = tell(BoardOrder::Status(at(&address))).expect("it answers");
+    for words in [
+        "in fault",
+        "DAC",
+        "(voltage)",
+        "pneuma board acknowledge",
+        "1 faults",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let line = tell(BoardOrder::Move(to(&address, 10.0))).expect_err("it is in fault");
+    assert!(
+        line.contains("(voltage)") && line.contains("pneuma board acknowledge"),
+        "{line}"
+    );
+    let said = tell(BoardOrder::Acknowledge(at(&address))).expect("it obeys");
+    assert!(said.contains("acknowledged; idle"), "{said}");
+    tell(BoardOrder::Move(to(&address, 10.0))).expect("it moves again");
+    thread.join().expect("it ends well");
+}
+
+#[test]
+fn prop_a_place_out_of_reach_is_refused_before_anything_moves() {
+    let paper = std::fs::read_to_string(rig_file()).expect("it is there");
+    let short = paper.replace("stroke_m = 0.5 ", "stroke_m = 0.4 ");
+    let rig = Rig::parse(&short, "short.toml").expect("it is a rig");
+    let (address, thread) = twin_of(&rig, 3);
+    let line = tell(BoardOrder::Move(to(&address, 300.0))).expect_err("no such place");
+    assert!(
+        line.contains("300 mm") && line.contains("-250 to 250"),
+        "{line}"
+    );
+    // Within the converter's scale, beyond the stroke: the board's judgement.
+    let wish = BoardOrder::Move(to(&address, 230.0));
+    let line = tell(wish).expect_err("beyond the stroke");
+    assert!(line.contains("stroke"), "{line}");
+    let said = tell(BoardOrder::Status(at(&address))).expect("it answers");
+    assert!(said.contains("in fault"), "{said}");
+    thread.join().expect("it ends well");
+}
+
+#[test]
+fn prop_the_twin_takes_settings_and_is_recorded() {
+    let (address, thread) = twin(2);
+    let arguments = SettingsArguments {
+        rig: Some(rig_file()),
+        show: None,
+        out: None,
+        into: None,
+        serial: Some(address.clone()),
+        baud: 0,
+    };
+    settings(&arguments, &mut Vec::new()).expect("it is at rest");
+    let arguments = RecordArguments {
+        serial: address,
+        rig: rig_file(),
+        out: Path::new(env!("CARGO_TARGET_TMPDIR")).join("twin.csv"),
+        seconds: Some(1.0),
+        decimate: 5,
+        strict: true,
+        baud: 0,
+    };
+    let mut out = Vec::new();
+    record(&arguments, &mut out).expect("nothing is lost");
+    let said = String::from_utf8(out).expect("it is text");
+    assert!(said.contains("nothing was lost"), "{said}");
+    thread.join().expect("it ends well");
+}
+
+#[test]
+fn prop_the_controller_at_a_link_tells_its_status() {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let address = listener.local_addr().expect("it has one").to_string();
+    drop(listener);
+    let arguments = ControllerArguments {
+        rig: rig_file(),
+        listen: address.clone(),
+    };
+    let thread = std::thread::spawn(move || {
+        controller(&arguments, &mut Vec::new()).map_err(|error| error.to_string())
+    });
+    let said = tell(BoardOrder::Status(at(&address))).expect("it answers");
+    assert!(said.contains("starting"), "{said}");
+    let gone = thread.join().expect("it ends well");
+    assert!(gone.is_err_and(|line| line.contains("went away after 0 ticks")));
+}
