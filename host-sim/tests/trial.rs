@@ -222,15 +222,19 @@ fn regress_page_and_tables_show_marks_and_misses() {
 
 #[test]
 fn val_ablation_tells_what_counts_from_what_does_not() {
-    let material = |strength: Strength| {
-        let request = Request::new(31, Kind::Single).with_noise(1.0);
-        let request = request.with_effect("valve-delay").unwrap();
-        let weighed = weigh(&request.with_strength(strength).draw());
+    let weighed = |kind, effect: &str, strength| {
+        let request = Request::new(31, kind)
+            .with_noise(1.0)
+            .with_strength(strength);
+        let weighed = weigh(&request.with_effect(effect).unwrap().draw());
         assert!(weighed.clean.is_some());
         weighed.materiality[0].clone()
     };
-    let strong = material(Strength::Strong);
-    assert!(strong.material && strong.energy_ratio > 2.0, "{strong:?}");
-    let immaterial = material(Strength::Immaterial);
-    assert!(!immaterial.material, "{immaterial:?}");
+    let strong = weighed(Kind::Single, "valve-delay", Strength::Strong);
+    assert!(strong.material && strong.energy_ratio > 10.0, "{strong:?}");
+    let small = weighed(Kind::Single, "valve-delay", Strength::Immaterial);
+    assert!(!small.material && small.energy_ratio < 10.0, "{small:?}");
+    // Slow motion about the middle never asks for a fast spool.
+    let hidden = weighed(Kind::Unobservable, "slew-limit", Strength::Medium);
+    assert!(!hidden.material, "{hidden:?}");
 }

@@ -77,8 +77,8 @@ const HOW: &str = "\
 Rigs drawn by `truth-plant`, which shares no code, formulation or integrator with the model: gas as mass and energy,
 tubes as finite volumes, 25 us. Each truth was sealed by its hash before the diagnosis ran, and opened after. The
 diagnosis read the case's files and nothing else. An effect counts if taking it out of the plant changes what an
-honestly refitted model misses of the held-out recordings; where none counts, the right verdict is that nothing is
-missing. Place, false alarms and confident errors are counted over every case that they can be counted over, also
+honestly refitted model misses of the held-out recordings, and if it was not drawn at a tenth of what an engineer
+would care about; where none counts, the right verdict is that nothing is missing. Place, false alarms and confident errors are counted over every case that they can be counted over, also
 masked, noisy and brief ones. Counts stand beside the shares. Every case with its misses is in the report,
 `out/trial/scorecard.html`.
 ";

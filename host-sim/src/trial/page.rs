@@ -61,7 +61,7 @@ pub fn page(card: &Scorecard, how: Provenance) -> Page {
     page
 }
 
-const HOW_COUNTED: &str = "An effect counts if taking it out of the plant changes what an honestly refitted model misses of the held-out recordings; if none counts, the right verdict is that nothing is missing. Intervals: Wilson, 95 %.";
+const HOW_COUNTED: &str = "An effect counts if taking it out of the plant changes what an honestly refitted model misses of the held-out recordings, and if it was not drawn too small for an engineer to care; if none counts, the right verdict is that nothing is missing. Intervals: Wilson, 95 %.";
 
 fn lead(card: &Scorecard) -> String {
     let kept = card
@@ -362,7 +362,7 @@ fn concealed(case: &CaseResult) -> String {
         (Concealment::Masked, Some(masking), _) => {
             format!("masked, {:.0} % hidden", 100.0 * masking.hidden_share)
         }
-        (Concealment::Masked, None, _) => "masked".into(),
+        (Concealment::Masked, None, _) => "label: the fit to mask it gave no rig".into(),
         (Concealment::Noisy(multiplier), ..) => format!("noise x{multiplier}"),
         (_, _, Some(onset)) => format!("present {:.0} %", 100.0 * onset.present_share),
         _ => "label".into(),

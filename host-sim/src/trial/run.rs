@@ -107,10 +107,11 @@ pub fn run(
     folder: &Path,
     progress: &dyn Fn(&str),
 ) -> Result<CaseResult, TrialError> {
-    let mut case = request(planned)?.draw();
+    let case = request(planned)?.draw();
     progress("writing the case");
-    let masked = mask(planned, &mut case);
-    write_case(&case, folder)?;
+    let mask = mask(planned, &case);
+    let fitted = mask.as_ref().map(|mask| mask.refit.rig.to_toml());
+    write_case(&case, fitted.as_ref().unwrap_or(&case.rig_toml), folder)?;
     let begin = Instant::now();
     let answer = catch_unwind(AssertUnwindSafe(|| diagnosed(&case, folder, progress)))
         .unwrap_or_else(|_| Err("the tool panicked".into()));
@@ -124,7 +125,7 @@ pub fn run(
     write(&folder.join("truth.json"), &(truth + "\n"))?;
     progress("weighing the truth");
     let weighed = weigh(&case);
-    let masking = masked
+    let masking = mask
         .zip(weighed.clean)
         .and_then(|(mask, clean)| mask.masking(&clean));
     let (said, failure) = match &answer {
@@ -160,20 +161,20 @@ impl Mask {
     }
 }
 
-/// Puts the fitted rig in the place of the drawn one, if so planned.
-fn mask(planned: &Planned, case: &mut Case) -> Option<Mask> {
+/// The fit that hides the effect, if it is so planned and gives a rig.
+fn mask(planned: &Planned, case: &Case) -> Option<Mask> {
     if planned.concealment != Concealment::Masked {
         return None;
     }
     let affected = Seen::of(case).ok()?;
     let refit = refit(&affected).ok()?;
-    case.rig_toml = refit.rig.to_toml();
+    Rig::parse(&refit.rig.to_toml(), "rig.toml").ok()?;
     Some(Mask { affected, refit })
 }
 
-fn write_case(case: &Case, folder: &Path) -> Result<(), TrialError> {
+fn write_case(case: &Case, rig_toml: &str, folder: &Path) -> Result<(), TrialError> {
     fs::create_dir_all(folder).map_err(|error| file_error(folder, error))?;
-    write(&folder.join("rig.toml"), &case.rig_toml)?;
+    write(&folder.join("rig.toml"), rig_toml)?;
     for (name, text) in case.train.iter().chain(&case.held_out) {
         write(&folder.join(name), text)?;
     }
