@@ -1,5 +1,7 @@
 //! The concealed trial: sums, file and comparison on verdicts made by hand.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests, too")]
+
 use host_sim::report::Provenance;
 use host_sim::trial::judge::judge;
 use host_sim::trial::materiality::{Materiality, weigh};

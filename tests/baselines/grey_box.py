@@ -250,7 +250,7 @@ def chamber_findings(rig, train, deadline_s):
     """Hypotheses about the chambers with their gains."""
     fitted, judged = Chambers(rig, Windows(train, 0)), Chambers(rig, Windows(train, 1))
     start, sigma = priors(rig)
-    base = fit(fitted, np.zeros(len(start)), start, sigma)
+    base = fit(fitted, np.zeros(len(start)), start, sigma, evaluations=25)
     before = mean_square(judged, base, start, sigma)
     findings = []
     for effect, (place, _, scale) in HYPOTHESES.items():

@@ -59,7 +59,7 @@ mod tests {
         vec![Misfit {
             output: "chambers p_a 1".into(),
             mean_square,
-            count: 100,
+            independent: 100.0,
         }]
     }
 

@@ -18,11 +18,9 @@ use truth_plant::{Case, Strength, TrueEffect};
 /// Part of the energy of the misfit without the effect that must come on top
 /// with it. A tenth of the energy is where the diagnosis itself begins to look.
 const MATERIAL: f64 = 0.10;
-/// The part that chance adds, in deviations: independent residuals number some
-/// thirtieth of the rows (the misfit of a pressure is correlated over about as
-/// many), and the energy of `n` of them varies by sqrt(2/n).
+/// What chance adds to it, in deviations: the energy of `n` independent
+/// residuals varies by sqrt(2/n).
 const CHANCE_DEVIATIONS: f64 = 3.0;
-const ROWS_PER_INDEPENDENT: f64 = 30.0;
 
 /// Whether an effect counts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -123,10 +121,10 @@ pub fn materiality(effect: &str, with: &Refit, without: &Refit) -> Materiality {
 
 /// Output, ratio of the energies, ratio that is material.
 fn compared(with: &Misfit, without: &Misfit) -> Option<(String, f64, f64)> {
-    if without.mean_square <= 0.0 || with.count == 0 || without.count == 0 {
+    if without.mean_square <= 0.0 || with.independent < 1.0 || without.independent < 1.0 {
         return None;
     }
-    let variance = |misfit: &Misfit| 2.0 * ROWS_PER_INDEPENDENT / misfit.count as f64;
+    let variance = |misfit: &Misfit| 2.0 / misfit.independent;
     let chance = CHANCE_DEVIATIONS * (variance(with) + variance(without)).sqrt();
     let ratio = with.mean_square / without.mean_square;
     Some((with.output.clone(), ratio, 1.0 + MATERIAL.max(chance)))
@@ -137,14 +135,14 @@ mod tests {
     use super::*;
     use crate::rig::Rig;
 
-    fn refit(mean_square: f64, count: usize) -> Refit {
+    fn refit(mean_square: f64, independent: f64) -> Refit {
         Refit {
             rig: Rig::default(),
             train: Vec::new(),
             held_out: vec![Misfit {
                 output: "chambers p_a 1".into(),
                 mean_square,
-                count,
+                independent,
             }],
         }
     }
@@ -152,11 +150,11 @@ mod tests {
     #[test]
     fn prop_a_change_counts_above_the_floor_and_above_chance() {
         let judged = |with: f64, count| materiality("e", &refit(with, count), &refit(4.0, count));
-        assert!(judged(8.0, 12_000).material);
-        assert!(!judged(4.2, 12_000_000).material);
-        assert!(judged(4.6, 12_000_000).material);
-        // Twenty rows: a factor of two may be chance.
-        assert!(!judged(8.0, 20).material);
-        assert!(!materiality("e", &refit(1.0, 0), &refit(4.0, 100)).material);
+        assert!(judged(8.0, 400.0).material);
+        assert!(!judged(4.2, 4e5).material);
+        assert!(judged(4.6, 4e5).material);
+        // Of ten residuals a factor of two may be chance.
+        assert!(!judged(8.0, 10.0).material);
+        assert!(!materiality("e", &refit(1.0, 0.0), &refit(4.0, 100.0)).material);
     }
 }

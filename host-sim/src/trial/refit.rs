@@ -50,8 +50,8 @@ pub struct Misfit {
     pub output: String,
     /// Mean square of the residuals, SI squared.
     pub mean_square: f64,
-    /// Residuals that were counted.
-    pub count: usize,
+    /// Residuals that the energy rests on as if they were independent.
+    pub independent: f64,
 }
 
 /// A rig refitted.
@@ -120,9 +120,60 @@ pub fn misfits(rig: &Rig, recordings: &[Recording]) -> Result<Vec<Misfit>, Strin
             all.push(Misfit {
                 output: format!("{} {} {}", law.title(), output.signal, place + 1),
                 mean_square: square / count.max(1) as f64,
-                count,
+                independent: count as f64 / correlated(columns),
             });
         }
     }
     Ok(all)
+}
+
+/// The longest lag that is looked at, rows.
+const LONGEST_LAG: usize = 300;
+/// Below this a correlation is noise.
+const UNCORRELATED: f64 = 0.05;
+
+/// How many residuals count as one for their energy: of a normal process the
+/// energy of n varies by sqrt(2/n (1 + 2 sum rho^2)) (Bartlett 1946).
+fn correlated(columns: &[Vec<f64>]) -> f64 {
+    let correlation = |lag: usize| {
+        let pairs = columns
+            .iter()
+            .flat_map(|column| column.iter().zip(column.iter().skip(lag)));
+        let finite = pairs.filter(|(a, b)| a.is_finite() && b.is_finite());
+        let (product, size) = finite.fold((0.0, 0.0), |(product, size), (a, b)| {
+            (product + a * b, size + 0.5 * (a * a + b * b))
+        });
+        if size > 0.0 { product / size } else { 0.0 }
+    };
+    let squares: f64 = (1..LONGEST_LAG)
+        .map(correlation)
+        .take_while(|rho| *rho > UNCORRELATED)
+        .map(|rho| rho * rho)
+        .sum();
+    1.0 + 2.0 * squares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Noise;
+
+    #[test]
+    fn val_correlated_residuals_count_for_fewer() {
+        let mut noise = Noise::new(1, 1);
+        let white: Vec<f64> = (0..20_000).map(|_| noise.normal()).collect();
+        // x' = a x + e has rho = a^lag: 1 + 2 a^2 / (1 - a^2) in all.
+        let mut state = 0.0;
+        let autoregressive = white.iter().map(|e| {
+            state = 0.9 * state + e;
+            state
+        });
+        let sluggish: Vec<f64> = autoregressive.collect();
+        let expected = 1.0 + 2.0 * 0.81 / 0.19;
+        assert!((correlated(&[white]) - 1.0).abs() < 0.05);
+        assert!((correlated(&[sluggish]) / expected - 1.0).abs() < 0.15);
+        // Events with nothing between them stand alone.
+        let events = [1.0, f64::NAN, f64::NAN, -2.0, f64::NAN, 1.0].to_vec();
+        assert!((correlated(&[events]) - 1.0).abs() < 1e-12);
+    }
 }
