@@ -1,5 +1,5 @@
 """A grey box as an engineer writes it in a day: the rig's model fitted by SciPy's
-`least_squares` in windows of 0.25 s, then one hypothesis after another.
+`least_squares` in windows of 0.5 s, of which the second half counts, then one hypothesis after another.
 
 Chambers: mass and energy balance of each, driven by recorded command and motion, all
 windows stepped together. Forces: the balance of a sliding carriage, linear in its
@@ -18,10 +18,13 @@ from case_folder import Rig, recordings, smooth, write_verdict
 from model import friction_n, orifice_kg_s, port_areas, volumes
 
 NAME = "grey-box"
-WINDOW_ROWS = 250
-# Rows between two that are simulated, and steps of each.
-STRIDE = 2
-SUBSTEPS = 4
+WINDOW_ROWS = 500
+# The first half settles the unknown temperatures and is not counted.
+SETTLING_ROWS = 250
+# Every so-manieth row is simulated, in so many steps. A command that changes every row
+# must not be skipped: half a millisecond is ten times the noise.
+STRIDE = 1
+SUBSTEPS = 2
 # Every so-manieth window is used: enough, and a minute is not exceeded.
 THIN = 2
 # Relative fall of the left-out mean square that is worth a name.
@@ -137,7 +140,8 @@ class Chambers:
             if effect == "position-time-skew":
                 x, v = late(x, one.t, -size), late(v, one.t, -size)
             commands.append(u)
-            positions.append(x)
+            # A step of the gas has the piston in its middle.
+            positions.append(x + 0.5 * self.dt * v)
             speeds.append(v)
         return [self.windows.cut(columns)[::STRIDE] for columns in (commands, positions, speeds)]
 
@@ -210,7 +214,7 @@ class Chambers:
 
     def residuals(self, values, effect=None, size=0.0):
         """Errors in units of the noise, one long column."""
-        errors = [pred - meas for pred, meas in zip(self.predict(values, effect, size), self.measured)]
+        errors = [(pred - meas)[SETTLING_ROWS // STRIDE :] for pred, meas in zip(self.predict(values, effect, size), self.measured)]
         return np.nan_to_num(np.concatenate([error.ravel() for error in errors]) / self.noise, nan=1e3)
 
 
