@@ -441,6 +441,18 @@ impl<'a> Bench<'a> {
         by_fold
     }
 
+    /// Squared residuals of a model per output and fold.
+    pub fn by_fold(&self, model: &Fitted) -> Vec<Vec<f64>> {
+        let folds = 0..self.folds.count;
+        self.residuals_of(model)
+            .iter()
+            .map(|columns| {
+                let of = |fold| self.fold_mean_square(columns, fold);
+                folds.clone().map(of).collect()
+            })
+            .collect()
+    }
+
     fn fold_mean_square(&self, columns: &[Vec<f64>], fold: usize) -> f64 {
         let (mut sum, mut count) = (0.0, 0_usize);
         for (recording, column) in columns.iter().enumerate() {

@@ -128,8 +128,13 @@ pub fn diagnose<E>(
     };
     let mut laws = Vec::new();
     if faults.is_empty() {
+        let mut known = rig.clone();
         for law in Law::of(rig, &recorded) {
-            laws.extend(diagnose_law(law, rig, &train, progress));
+            let diagnosis = diagnose_law(law, &known, &train, progress);
+            if let Some(law) = &diagnosis {
+                known = with_sensors(known, law);
+            }
+            laws.extend(diagnosis);
         }
     }
     progress("reading the held-out recordings");
@@ -147,6 +152,26 @@ pub fn diagnose<E>(
         train,
         held_out,
     })
+}
+
+/// The rig with what a law has shown of the sensors: the laws that use them
+/// after it must not take that for physics of their own.
+fn with_sensors(rig: Rig, law: &LawDiagnosis) -> Rig {
+    let of_sensor = |index: &usize| {
+        let places = &law.candidates[*index].places;
+        places.iter().all(|place| place.starts_with("sensor."))
+    };
+    let keys: Vec<&str> = law
+        .improved
+        .set
+        .iter()
+        .filter(|index| of_sensor(index))
+        .flat_map(|&index| law.candidates[index].free.iter())
+        .map(|free| free.key.as_str())
+        .collect();
+    let mut shared = law.improved.shared_values();
+    shared.retain(|key, _| keys.contains(&key.as_str()));
+    rig.with_values(&shared)
 }
 
 /// Faults of the recordings, with the name of the recording.

@@ -33,6 +33,8 @@ const WORTH_GROWING: f64 = 0.01;
 pub const MATERIAL_SHARE: f64 = 0.15 * 0.15;
 /// An effect is plain when it takes the cross-validated error down to this.
 pub const PLAIN_RATIO: f64 = 0.85;
+/// ... and beside other effects on long recordings, to this.
+const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
 /// Misfits below this part of the noise variance are not looked at: the least
 /// denominator of a share.
 const LEAST_MISFIT: f64 = 0.05;
@@ -441,8 +443,15 @@ impl<'a> Judge<'a> {
         if let Some((_, known)) = self.judged.iter().find(|(set, _)| *set == model.set) {
             return known.clone();
         }
-        let judged = self.bench.cross_validate(model);
-        self.fits += self.bench.folds.count;
+        // With tens of thousands of rows to some twenty parameters, data in and
+        // out of the fit are missed alike; and what one recording alone excites
+        // cannot be learnt from the others.
+        let judged = if self.bench.is_long() {
+            self.bench.by_fold(model)
+        } else {
+            self.fits += self.bench.folds.count;
+            self.bench.cross_validate(model)
+        };
         self.judged.push((model.set.clone(), judged.clone()));
         judged
     }
@@ -456,6 +465,17 @@ impl<'a> Judge<'a> {
     /// Best over the outputs of the RMS error of one model over another's.
     fn ratio(&mut self, model: &Fitted, other: &Fitted) -> f64 {
         let (mine, theirs) = (self.judged(model), self.judged(other));
+        if self.bench.is_long() {
+            let left = |judged: &Judged| -> f64 {
+                let outputs = judged.iter().enumerate();
+                outputs
+                    .map(|(output, squares)| {
+                        self.misfit(squares, output) / self.bench.noise[output].powi(2)
+                    })
+                    .sum()
+            };
+            return (left(&mine) / left(&theirs)).sqrt();
+        }
         (0..mine.len())
             .map(|output| {
                 (self.misfit(&mine[output], output) / self.misfit(&theirs[output], output)).sqrt()
@@ -489,16 +509,36 @@ impl<'a> Judge<'a> {
         let accepted = !at_bound
             && gain > 0.0
             && share >= MATERIAL_SHARE
-            && (ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0));
+            && if self.bench.is_long() {
+                ratio <= self.plain_ratio(with)
+            } else {
+                ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0)
+            };
+        let probability = if self.bench.is_long() {
+            explained_probability(ratio, share)
+        } else {
+            probability(&mine[helped], &theirs[helped], accepted, share)
+        };
         Evidence {
             candidate,
-            probability: probability(&mine[helped], &theirs[helped], accepted, share),
+            probability,
             ratio,
             share,
             folds_better: (better, folds),
             gain,
             at_bound,
             accepted,
+        }
+    }
+
+    /// What an effect must bring the error down to on long recordings. Beside
+    /// others more is asked: what the form of one effect leaves wrong, another
+    /// can always nibble at, but one that is there takes away most of what is left.
+    fn plain_ratio(&self, with: &Fitted) -> f64 {
+        if with.set.len() > 1 {
+            PLAIN_RATIO_AMONG_MANY
+        } else {
+            PLAIN_RATIO
         }
     }
 
@@ -529,6 +569,14 @@ impl<'a> Judge<'a> {
                 .filter(|(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
                 .all(|(_, &at_bound)| at_bound)
     }
+}
+
+/// On long recordings chance plays no part; what is in doubt is whether the form
+/// is the right one, and of that the part of the misfit's energy that it takes
+/// away is the measure.
+fn explained_probability(ratio: f64, share: f64) -> f64 {
+    let material = (share / MATERIAL_SHARE).clamp(0.0, 1.0);
+    ((1.0 - ratio * ratio) * material).clamp(0.01, 0.99)
 }
 
 fn with(set: &Set, candidate: usize) -> Set {

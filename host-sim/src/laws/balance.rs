@@ -19,7 +19,7 @@
 
 use super::carriage_history::slope;
 use super::force::buffer_n;
-use super::{Output, Sink, Track};
+use super::{Output, Sink, Track, delayed};
 use crate::model::{Side, Values};
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::{Bristle, FrictionLevels};
@@ -292,6 +292,11 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     let ambient = carriage.ambient_pressure_pa;
     let offsets = Side::BOTH.map(|side| values.pressure_offset_pa(side));
     let time = &track.recording.time_s;
+    let pressure = PressureReading {
+        time_s: time,
+        lag_s: values.effect("pressure-sensor-lag", "time_constant_s", 0.0),
+        skew_s: values.effect("position-time-skew", "delay_s", 0.0),
+    };
     let bump = Bump::new(super::motion::median_step_s(time));
     let mut gas: Vec<R> = Vec::with_capacity(track.len());
     let mut force: Vec<R> = Vec::with_capacity(track.len());
@@ -300,8 +305,8 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     let velocity = |row: usize| R::from_f64(motion.velocity_m_per_s[row]);
     let mut state = CarriageState::new(R::from_f64(motion.position_m[0]), velocity(0));
     for row in 0..track.len() {
-        let p_a = R::from_f64(a[row]) - offsets[0];
-        let p_b = R::from_f64(b[row]) - offsets[1];
+        let p_a = pressure.at(a, row) - offsets[0];
+        let p_b = pressure.at(b, row) - offsets[1];
         gas.push(carriage.drive_n(p_a, p_b) - terms.constant_force_n);
         let before = row.saturating_sub(1);
         let dt_s = (time[row] - time[before]).max(1e-9);
@@ -379,6 +384,36 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
             sink.row(centre, &outputs, &[]);
         }
         centre += (half / 2).max(1);
+    }
+}
+
+/// How a pressure is read off its recording, where its sensor lags or the
+/// position was logged at another time.
+struct PressureReading<'a, R> {
+    time_s: &'a [f64],
+    lag_s: R,
+    skew_s: R,
+}
+
+impl<R: Real> PressureReading<'_, R> {
+    /// The pressure when the position of this row was where it was recorded.
+    fn at(&self, recorded_pa: &[f64], row: usize) -> R {
+        let shown = if self.skew_s.value().abs() > 0.0 {
+            delayed(self.time_s, recorded_pa, row, -self.skew_s)
+        } else {
+            R::from_f64(recorded_pa[row])
+        };
+        if self.lag_s.value() <= 0.0 {
+            return shown;
+        }
+        // Over as many rows as a lag lasts: the bump averages the rest.
+        const REACH: usize = 2;
+        let (from, to) = (
+            row.saturating_sub(REACH),
+            (row + REACH).min(recorded_pa.len() - 1),
+        );
+        let slope = (recorded_pa[to] - recorded_pa[from]) / (self.time_s[to] - self.time_s[from]);
+        shown + self.lag_s * R::from_f64(slope)
     }
 }
 
