@@ -13,9 +13,6 @@ use crate::recording::Recording;
 use crate::rig::Rig;
 use std::collections::BTreeMap;
 
-/// The refitted baseline's error may exceed the noise by this before something
-/// is said to be missing: the energy of a tenth, as where the search begins.
-const TO_THE_NOISE: f64 = 1.10;
 /// An improved model that explains less than this of what was missing leaves
 /// the verdict at unknown.
 const EXPLAINED: f64 = 0.5;
@@ -277,13 +274,7 @@ fn explained(law: &LawDiagnosis) -> f64 {
 /// over the variable that explains most of it.
 fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     let law = laws.iter().find(|law| {
-        let missed = law
-            .baseline
-            .mean_square
-            .iter()
-            .zip(&law.noise)
-            .any(|(square, noise)| *square > TO_THE_NOISE * noise.powi(2));
-        missed && explained(law) < EXPLAINED && !law.evidence.is_empty()
+        law.misses() && explained(law) < EXPLAINED && !law.evidence.is_empty()
     })?;
     let located = law.located.first()?;
     let variable = located.variables.first()?;
@@ -563,13 +554,7 @@ fn sentence(
 }
 
 fn nothing_missing(laws: &[LawDiagnosis]) -> String {
-    let to_noise = laws.iter().all(|law| {
-        let outputs = law.baseline.mean_square.iter().zip(&law.noise);
-        outputs
-            .into_iter()
-            .all(|(square, noise)| *square <= TO_THE_NOISE * noise.powi(2))
-    });
-    if to_noise {
+    if !laws.iter().any(LawDiagnosis::misses) {
         "Nothing is missing: with its ordinary parameters refitted the model explains the recordings to the noise.".into()
     } else {
         "Nothing material is missing: no effect improves the prediction of data left out of the fit.".into()

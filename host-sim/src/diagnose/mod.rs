@@ -44,6 +44,10 @@ const SEARCH_ROWS: usize = 2500;
 /// A misfit whose energy is this much above the noise's is looked into. With
 /// 1000 independent rows the energy of noise alone varies by 4 %.
 const WORTH_A_SEARCH: f64 = 0.10;
+/// The same where the noise is a floor that was set and not one that was
+/// declared: forces below it are not looked for, and it is no better known than
+/// by this (healthy rigs were seen up to 0.6 above it).
+const WORTH_A_SEARCH_OF_FORCES: f64 = 1.0;
 
 /// The models of the comparison, in the order in which they are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +99,23 @@ pub struct LawDiagnosis {
     pub fits: usize,
     /// Work done, as seconds of a reference core (see [`fitted::Bench::seconds`]).
     pub seconds: f64,
+}
+
+impl LawDiagnosis {
+    /// Whether the refitted baseline misses by more than its noise, in what can
+    /// be trusted to show it. A break-away is read off too few rows, and creep
+    /// too near to sticking, to say by themselves that something is missing.
+    pub fn misses(&self) -> bool {
+        let searched = self.law.searched_by();
+        let trusted = match searched {
+            Law::Balance => 1,
+            _ => self.noise.len(),
+        };
+        let outputs = self.baseline.mean_square.iter().zip(&self.noise);
+        outputs
+            .take(trusted)
+            .any(|(square, noise)| square / noise.powi(2) - 1.0 > worth_a_search_of(searched))
+    }
 }
 
 /// The whole diagnosis.
@@ -296,7 +317,15 @@ fn worth_a_search(bench: &Bench<'_>, baseline: &Fitted) -> bool {
         .mean_square
         .iter()
         .zip(&bench.noise)
-        .any(|(square, noise)| square / noise.powi(2) - 1.0 > WORTH_A_SEARCH)
+        .any(|(square, noise)| square / noise.powi(2) - 1.0 > worth_a_search_of(bench.law))
+}
+
+/// The energy above the noise's from which a misfit is one.
+fn worth_a_search_of(law: Law) -> f64 {
+    match law {
+        Law::Balance => WORTH_A_SEARCH_OF_FORCES,
+        _ => WORTH_A_SEARCH,
+    }
 }
 
 /// Every frozen model against every recording.
