@@ -23,5 +23,6 @@ pub mod scenario;
 pub mod settings;
 pub mod simulate;
 mod text;
+pub mod trial;
 pub mod units;
 pub mod wire;

@@ -8,7 +8,7 @@ use host_sim::cli::{
     self, board::BoardArguments, closed_loop::LoopArguments, compare::CompareArguments,
     controller::ControllerArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
     fit::FitArguments, inspect::InspectArguments, record::RecordArguments,
-    settings::SettingsArguments, simulate::SimulateArguments,
+    settings::SettingsArguments, simulate::SimulateArguments, trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -33,6 +33,7 @@ enum Command {
     Record(RecordArguments),
     Settings(SettingsArguments),
     Simulate(SimulateArguments),
+    Trial(TrialArguments),
 }
 
 fn main() -> ExitCode {
@@ -50,6 +51,7 @@ fn main() -> ExitCode {
         Command::Record(arguments) => cli::record::run(arguments, &mut out),
         Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
+        Command::Trial(arguments) => cli::trial::run(arguments, &mut out),
     };
     ExitCode::from(cli::exit_status(outcome))
 }

@@ -156,7 +156,7 @@ impl<R: Real> Carriage<R> {
             None => solve(Reaction::NONE),
             Some(load) => load.step(&mut state.load, velocity, dt_s, solve),
         };
-        state.contact_age = effects.contact_age(&self.bristle, &before, out.velocity_m_per_s, dt_s);
+        state.contact_age = effects.contact_age(&before, out.velocity_m_per_s, dt_s);
         out
     }
 }

@@ -14,6 +14,7 @@
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
 //! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
 //! - `profile`: where the control task's instructions go
+//! - `trial`: the concealed trial and its generated tables
 //! - `demo`: the demonstration report
 
 mod apt;
@@ -36,6 +37,7 @@ mod setup;
 pub mod shell;
 mod size;
 mod thumb;
+mod trial;
 
 use shell::Outcome;
 
@@ -50,6 +52,7 @@ cargo xtask <task>
         [--table-only]    write it from the last run
   control                 score the controller and a PID, write docs/control.md
   evidence                diagnose the real recordings, write docs/evidence.md
+  trial [CASES]           judge the diagnosis on concealed cases, write its part of docs/evidence.md
   faults [SEEDS [MINUTES]]
                           every fault at every moment, write docs/faults.md
   image [spi-dac] [2khz | 4khz | 8khz]
@@ -86,6 +89,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("evidence", []) => evidence::run(),
         ("bench", options) => bench::run(options),
         ("faults", options) => faults::run(options),
+        ("trial", options) => trial::run(options),
         ("image", choices) => artefact::run(choices),
         ("qemu", options) => qemu::run(options),
         ("size", options) => size::run(options),

@@ -13,6 +13,7 @@ pub mod inspect;
 pub mod record;
 pub mod settings;
 pub mod simulate;
+pub mod trial;
 
 use std::io::{self, Write};
 

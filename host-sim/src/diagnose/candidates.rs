@@ -178,8 +178,8 @@ fn row_s(tracks: &[Track<'_>]) -> f64 {
 }
 
 /// The time skew of the position's channel: a property of a recording's
-/// logging, hence one per recording.
-fn position_skew(tracks: &[Track<'_>]) -> Candidate {
+/// logging, hence one per recording; those of a whole axis come from one logger.
+fn position_skew(rig: &Rig, tracks: &[Track<'_>]) -> Candidate {
     let row = row_s(tracks);
     let reach = 50.0 * row;
     let starts = [2.0, -2.0, 12.0, -12.0].map(|rows| rows * row);
@@ -191,7 +191,11 @@ fn position_skew(tracks: &[Track<'_>]) -> Candidate {
     };
     Candidate::new("position-time-skew", &["sensor.x"]).free_as(
         "delay_s",
-        Scope::PerRecording,
+        if rig.valve.is_some() {
+            Scope::Shared
+        } else {
+            Scope::PerRecording
+        },
         (-reach, reach),
         Some(prior),
         &starts,
@@ -210,7 +214,7 @@ fn chamber_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
         all.extend(leakage(rig, tracks, side));
     }
     if rig.vessel.is_none() {
-        all.push(position_skew(tracks));
+        all.push(position_skew(rig, tracks));
     }
     all.push(pressure_sensor_lag(&sides, tracks));
     all.extend(pressure_sensor_offsets(&sides));
@@ -585,7 +589,7 @@ fn friction_candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit_n: f64)
     }
     all.extend(carriage_candidates(rig, tracks, force));
     if law == Law::Force {
-        all.push(position_skew(tracks));
+        all.push(position_skew(rig, tracks));
     }
     all
 }

@@ -62,7 +62,13 @@ pub struct Fitted {
 const PILOT_ITERATIONS: usize = 6;
 /// Enough to rank effects on long recordings, where an iteration takes a tenth
 /// of a second: the right one is better by a factor, not by a per cent.
-const RANKING_ITERATIONS: usize = 4;
+const RANKING_ITERATIONS: usize = 3;
+/// Enough for a fit that lacks one recording of several, from the fit to all.
+const FOLD_ITERATIONS: usize = 3;
+/// Where fits are long, they end when a step brings less than this part.
+const LONG_COST_TOLERANCE: f64 = 1e-5;
+/// Recordings of more rows than this are long.
+const LONG_ROWS: usize = 15_000;
 /// A fit whose residual is below this part of the size it was weighed by is
 /// weighed anew: the priors would else hold it back.
 const WEIGHED_ANEW: f64 = 0.7;
@@ -90,6 +96,11 @@ impl<'a> Bench<'a> {
     /// Rows of all recordings.
     pub fn rows(&self) -> usize {
         self.tracks.iter().map(Track::len).sum()
+    }
+
+    /// Whether a fit takes seconds.
+    pub fn is_long(&self) -> bool {
+        self.rows() > LONG_ROWS && self.law.is_dear()
     }
 
     /// The rig with the switches of a set of effects.
@@ -186,7 +197,12 @@ impl<'a> Bench<'a> {
 
     /// Fits with a fold left out, from the full fit. Returns the values.
     fn fit_without(&self, full: &Fitted, fold: usize) -> Option<Vec<f64>> {
-        self.fit_from(&full.set, Some(full), 0, Some(fold), SEARCH_ITERATIONS)
+        let iterations = if self.is_long() {
+            FOLD_ITERATIONS
+        } else {
+            SEARCH_ITERATIONS
+        };
+        self.fit_from(&full.set, Some(full), 0, Some(fold), iterations)
             .map(|(_, fitted)| fitted.values)
     }
 
@@ -214,7 +230,11 @@ impl<'a> Bench<'a> {
         let options = Options {
             maximum_iterations,
             noise: NoiseVariance::Given(1.0),
-            cost_tolerance: 1e-7,
+            cost_tolerance: if self.is_long() {
+                LONG_COST_TOLERANCE
+            } else {
+                1e-7
+            },
             ..Options::default()
         };
         let fit = solve(&mut problem, &parameters, &options).ok()?;
@@ -419,6 +439,18 @@ impl<'a> Bench<'a> {
             }
         }
         by_fold
+    }
+
+    /// Squared residuals of a model per output and fold.
+    pub fn by_fold(&self, model: &Fitted) -> Vec<Vec<f64>> {
+        let folds = 0..self.folds.count;
+        self.residuals_of(model)
+            .iter()
+            .map(|columns| {
+                let of = |fold| self.fold_mean_square(columns, fold);
+                folds.clone().map(of).collect()
+            })
+            .collect()
     }
 
     fn fold_mean_square(&self, columns: &[Vec<f64>], fold: usize) -> f64 {

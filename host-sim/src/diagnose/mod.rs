@@ -128,8 +128,13 @@ pub fn diagnose<E>(
     };
     let mut laws = Vec::new();
     if faults.is_empty() {
+        let mut known = rig.clone();
         for law in Law::of(rig, &recorded) {
-            laws.extend(diagnose_law(law, rig, &train, progress));
+            let diagnosis = diagnose_law(law, &known, &train, progress);
+            if let Some(law) = &diagnosis {
+                known = with_sensors(known, law);
+            }
+            laws.extend(diagnosis);
         }
     }
     progress("reading the held-out recordings");
@@ -147,6 +152,26 @@ pub fn diagnose<E>(
         train,
         held_out,
     })
+}
+
+/// The rig with what a law has shown of the sensors: the laws that use them
+/// after it must not take that for physics of their own.
+fn with_sensors(rig: Rig, law: &LawDiagnosis) -> Rig {
+    let of_sensor = |index: &usize| {
+        let places = &law.candidates[*index].places;
+        places.iter().all(|place| place.starts_with("sensor."))
+    };
+    let keys: Vec<&str> = law
+        .improved
+        .set
+        .iter()
+        .filter(|index| of_sensor(index))
+        .flat_map(|&index| law.candidates[index].free.iter())
+        .map(|free| free.key.as_str())
+        .collect();
+    let mut shared = law.improved.shared_values();
+    shared.retain(|key, _| keys.contains(&key.as_str()));
+    rig.with_values(&shared)
 }
 
 /// Faults of the recordings, with the name of the recording.
@@ -200,14 +225,21 @@ fn diagnose_law(
     let mut full = Bench::new(searched, rig, &tracks);
     full.candidates.clone_from(&bench.candidates);
     full.noise.clone_from(&bench.noise);
-    let baseline = full.fit(&[], Some(&outcome.baseline))?;
-    let improved = full.fit(&outcome.improved.set, Some(&outcome.improved))?;
+    let (baseline, improved) = if stride == 1 {
+        (outcome.baseline.clone(), outcome.improved.clone())
+    } else {
+        let improved = &outcome.improved;
+        (
+            full.fit(&[], Some(&outcome.baseline))?,
+            full.fit(&improved.set, Some(improved))?,
+        )
+    };
     let frozen = vec![
         Frozen::new(&full, &[], &BTreeMap::new()),
         Frozen::new(&full, &[], &baseline.shared_values()),
         Frozen::new(&full, &improved.set, &improved.shared_values()),
     ];
-    let masked = masked(&bench, &outcome.improved);
+    let masked = masked(&bench, &outcome);
     let shown = shown(&full, law, &baseline);
     let misfits = locate::locate(law, rig, &tracks, &shown.residuals);
     let missed = worth_a_search(&full, &baseline);
@@ -276,22 +308,26 @@ fn runs(law: Law, rig: &Rig, tracks: &[Track<'_>], frozen: &[Frozen]) -> Vec<Vec
 
 /// How much of each accepted effect a refit of everything else hides: one less
 /// the energy that is left of it over the energy that it has.
-fn masked(bench: &Bench<'_>, improved: &Fitted) -> BTreeMap<usize, f64> {
-    improved
-        .set
-        .iter()
-        .filter_map(|&candidate| Some((candidate, masked_share(bench, improved, candidate)?)))
+fn masked(bench: &Bench<'_>, outcome: &Outcome) -> BTreeMap<usize, f64> {
+    let accepted = outcome.improved.set.iter();
+    accepted
+        .filter_map(|&candidate| Some((candidate, masked_share(bench, outcome, candidate)?)))
         .collect()
 }
 
-fn masked_share(bench: &Bench<'_>, improved: &Fitted, candidate: usize) -> Option<f64> {
+fn masked_share(bench: &Bench<'_>, outcome: &Outcome, candidate: usize) -> Option<f64> {
+    let improved = &outcome.improved;
     let set: Vec<usize> = improved
         .set
         .iter()
         .copied()
         .filter(|&c| c != candidate)
         .collect();
-    let refitted = bench.fit(&set, Some(improved))?;
+    let refitted = if set.is_empty() {
+        outcome.baseline.clone()
+    } else {
+        bench.fit(&set, Some(improved))?
+    };
     let switched_off = bench.restricted(improved, &set);
     let with = bench.residuals_of(improved);
     let energy = |other: &Fitted| -> f64 {

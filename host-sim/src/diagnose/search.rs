@@ -16,7 +16,6 @@ use super::fitted::{Bench, Fitted, Set, parallel};
 const BEAM_WIDTH: usize = 3;
 /// ... and on recordings of more rows than this, where a fit takes seconds.
 const BEAM_WIDTH_LONG: usize = 2;
-const LONG_ROWS: usize = 15_000;
 /// Of the ranked sets on long recordings so many are fitted to the end.
 const FINALISTS: usize = 4;
 /// Largest set tried.
@@ -34,6 +33,8 @@ const WORTH_GROWING: f64 = 0.01;
 pub const MATERIAL_SHARE: f64 = 0.15 * 0.15;
 /// An effect is plain when it takes the cross-validated error down to this.
 pub const PLAIN_RATIO: f64 = 0.85;
+/// ... and beside other effects on long recordings, to this.
+const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
 /// Misfits below this part of the noise variance are not looked at: the least
 /// denominator of a share.
 const LEAST_MISFIT: f64 = 0.05;
@@ -68,7 +69,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// An effect that is not needed: what is left without it is noise. `gain` is
+    /// An effect that is not needed: nothing material is left without it. `gain` is
     /// what it would bring alone.
     fn needless(candidate: usize, gain: f64) -> Self {
         Self {
@@ -89,7 +90,7 @@ impl Evidence {
             return None;
         }
         if self.folds_better.1 == 0 {
-            return Some("what is left without it is noise".into());
+            return Some("nothing material is left without it".into());
         }
         let (better, folds) = self.folds_better;
         Some(if self.at_bound {
@@ -176,7 +177,7 @@ fn grow(judge: &mut Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) ->
     let mut best = beam.first()?.clone();
     let mut stale = 0;
     for size in 2..=LARGEST_SET {
-        if stale == 2 || judge.is_noise(&best) {
+        if stale == judge.patience() || judge.is_explained(&best) {
             break;
         }
         progress(&format!("sets of {size} effects"));
@@ -221,7 +222,7 @@ fn eliminate(judge: &mut Judge<'_>, mut model: Fitted) -> (Fitted, Vec<Evidence>
 
 /// What each effect that was not accepted would add to the accepted ones.
 fn declined_evidence(judge: &mut Judge<'_>, improved: &Fitted) -> Vec<Evidence> {
-    if judge.is_noise(improved) {
+    if judge.is_explained(improved) {
         let count = judge.bench.candidates.len();
         let declined = (0..count).filter(|index| !improved.set.contains(index));
         return declined.map(|index| judge.needless(index)).collect();
@@ -304,6 +305,24 @@ impl<'a> Judge<'a> {
             .sum()
     }
 
+    /// Sizes without a gain after which growing stops: where a size takes long,
+    /// the first.
+    fn patience(&self) -> usize {
+        if self.bench.is_long() { 1 } else { 2 }
+    }
+
+    /// Whether nothing is left that would be material: noise, or so small a part
+    /// of what the baseline misses that no further effect could be accepted.
+    fn is_explained(&self, fitted: &Fitted) -> bool {
+        let above = |fitted: &Fitted| -> f64 {
+            let outputs = fitted.mean_square.iter().zip(&self.bench.noise);
+            outputs
+                .map(|(square, noise)| (square / noise.powi(2) - 1.0).max(0.0))
+                .sum()
+        };
+        self.is_noise(fitted) || above(fitted) < MATERIAL_SHARE * above(self.baseline)
+    }
+
     /// Whether what a model leaves is noise, in every output.
     fn is_noise(&self, fitted: &Fitted) -> bool {
         let outputs = fitted.mean_square.iter().zip(&self.bench.noise);
@@ -316,7 +335,7 @@ impl<'a> Judge<'a> {
     fn best(&self, mut models: Vec<Fitted>) -> Vec<Fitted> {
         models.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
         models.dedup_by(|a, b| a.set == b.set);
-        models.truncate(if self.is_long() {
+        models.truncate(if self.bench.is_long() {
             BEAM_WIDTH_LONG
         } else {
             BEAM_WIDTH
@@ -327,16 +346,12 @@ impl<'a> Judge<'a> {
     /// Every candidate alone. Where fits are long they start from the rig as
     /// given: a refit has bent the ordinary parameters around what is missing.
     fn singles(&mut self) -> Vec<Fitted> {
-        let parent = if self.is_long() {
+        let parent = if self.bench.is_long() {
             self.bench.as_given(self.baseline)
         } else {
             self.baseline.clone()
         };
         self.fit_children(&[parent])
-    }
-
-    fn is_long(&self) -> bool {
-        self.bench.rows() > LONG_ROWS && self.bench.law.is_dear()
     }
 
     /// Every parent with every candidate that it does not have. On long
@@ -353,7 +368,7 @@ impl<'a> Judge<'a> {
             }
         }
         let bench = self.bench;
-        let children: Vec<Fitted> = if self.is_long() {
+        let children: Vec<Fitted> = if self.bench.is_long() {
             let ranked = parallel(&jobs, |(set, parent)| bench.ranked(set, parent));
             let mut ranked: Vec<Fitted> = ranked.into_iter().flatten().collect();
             ranked.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
@@ -408,7 +423,7 @@ impl<'a> Judge<'a> {
     /// the best of its size.
     fn with(&mut self, model: &Fitted, candidate: usize) -> Option<Fitted> {
         let set = with(&model.set, candidate);
-        if self.is_long() && !self.fitted.iter().any(|fitted| fitted.set == set) {
+        if self.bench.is_long() && !self.fitted.iter().any(|fitted| fitted.set == set) {
             return None;
         }
         self.fit_near(&set, model)
@@ -428,8 +443,15 @@ impl<'a> Judge<'a> {
         if let Some((_, known)) = self.judged.iter().find(|(set, _)| *set == model.set) {
             return known.clone();
         }
-        let judged = self.bench.cross_validate(model);
-        self.fits += self.bench.folds.count;
+        // With tens of thousands of rows to some twenty parameters, data in and
+        // out of the fit are missed alike; and what one recording alone excites
+        // cannot be learnt from the others.
+        let judged = if self.bench.is_long() {
+            self.bench.by_fold(model)
+        } else {
+            self.fits += self.bench.folds.count;
+            self.bench.cross_validate(model)
+        };
         self.judged.push((model.set.clone(), judged.clone()));
         judged
     }
@@ -443,6 +465,17 @@ impl<'a> Judge<'a> {
     /// Best over the outputs of the RMS error of one model over another's.
     fn ratio(&mut self, model: &Fitted, other: &Fitted) -> f64 {
         let (mine, theirs) = (self.judged(model), self.judged(other));
+        if self.bench.is_long() {
+            let left = |judged: &Judged| -> f64 {
+                let outputs = judged.iter().enumerate();
+                outputs
+                    .map(|(output, squares)| {
+                        self.misfit(squares, output) / self.bench.noise[output].powi(2)
+                    })
+                    .sum()
+            };
+            return (left(&mine) / left(&theirs)).sqrt();
+        }
         (0..mine.len())
             .map(|output| {
                 (self.misfit(&mine[output], output) / self.misfit(&theirs[output], output)).sqrt()
@@ -476,16 +509,36 @@ impl<'a> Judge<'a> {
         let accepted = !at_bound
             && gain > 0.0
             && share >= MATERIAL_SHARE
-            && (ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0));
+            && if self.bench.is_long() {
+                ratio <= self.plain_ratio(with)
+            } else {
+                ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0)
+            };
+        let probability = if self.bench.is_long() {
+            explained_probability(ratio, share)
+        } else {
+            probability(&mine[helped], &theirs[helped], accepted, share)
+        };
         Evidence {
             candidate,
-            probability: probability(&mine[helped], &theirs[helped], accepted, share),
+            probability,
             ratio,
             share,
             folds_better: (better, folds),
             gain,
             at_bound,
             accepted,
+        }
+    }
+
+    /// What an effect must bring the error down to on long recordings. Beside
+    /// others more is asked: what the form of one effect leaves wrong, another
+    /// can always nibble at, but one that is there takes away most of what is left.
+    fn plain_ratio(&self, with: &Fitted) -> f64 {
+        if with.set.len() > 1 {
+            PLAIN_RATIO_AMONG_MANY
+        } else {
+            PLAIN_RATIO
         }
     }
 
@@ -516,6 +569,14 @@ impl<'a> Judge<'a> {
                 .filter(|(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
                 .all(|(_, &at_bound)| at_bound)
     }
+}
+
+/// On long recordings chance plays no part; what is in doubt is whether the form
+/// is the right one, and of that the part of the misfit's energy that it takes
+/// away is the measure.
+fn explained_probability(ratio: f64, share: f64) -> f64 {
+    let material = (share / MATERIAL_SHARE).clamp(0.0, 1.0);
+    ((1.0 - ratio * ratio) * material).clamp(0.01, 0.99)
 }
 
 fn with(set: &Set, candidate: usize) -> Set {

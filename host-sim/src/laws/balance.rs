@@ -19,10 +19,11 @@
 
 use super::carriage_history::slope;
 use super::force::buffer_n;
-use super::{Output, Sink, Track};
+use super::{Output, Sink, Track, delayed};
 use crate::model::{Side, Values};
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::{Bristle, FrictionLevels};
+use model_core::left_out::{DwellStiction, FORGETTING_WAY_M};
 use model_core::math::Compensated;
 use model_core::real::Real;
 
@@ -152,11 +153,13 @@ fn instant(time_s: &[f64], position_m: &[f64], place_m: f64) -> Option<f64> {
 
 /// The part of the rise of stiction over sliding friction that a break-away
 /// shows when it is read as [`instant`] reads it: a bristle gives way little by
-/// little, the more so the faster the force rises. Found by doing just that with
-/// the model's own bristle under a force that rises at `rate_n_per_s`.
+/// little, the more so the faster the force rises, and a seal that has aged
+/// forgets on the way. Found by doing just that with the model's own bristle
+/// under a force that rises at `rate_n_per_s`; `levels` are those of a new seal.
 fn seen_share<R: Real>(
     carriage: &Carriage<R>,
     levels: &FrictionLevels<R>,
+    age: f64,
     rate_n_per_s: f64,
 ) -> f64 {
     const STEP_S: f64 = 1e-4;
@@ -167,20 +170,28 @@ fn seen_share<R: Real>(
         damping_n_s_per_m: carriage.bristle.damping_n_s_per_m.value(),
         stribeck_velocity_m_per_s: carriage.bristle.stribeck_velocity_m_per_s.value(),
     };
-    let levels = FrictionLevels {
+    let new = FrictionLevels {
         coulomb_n: levels.coulomb_n.value(),
         static_n: levels.static_n.value(),
         viscous_n_s_per_m: levels.viscous_n_s_per_m.value(),
     };
-    let rise_n = levels.static_n - levels.coulomb_n;
+    let dwell = carriage
+        .effects
+        .map_or(DwellStiction::NEUTRAL, |effects| DwellStiction {
+            rise_n: effects.dwell_stiction.rise_n.value(),
+            time_constant_s: effects.dwell_stiction.time_constant_s.value(),
+        });
+    let aged = dwell.levels(new, age);
+    let rise_n = aged.static_n - aged.coulomb_n;
     if rise_n <= 0.0 {
         return 1.0;
     }
     let rate = rate_n_per_s.max(LEAST_RATE_N_PER_S);
     // Begun where even the slowest rise breaks away in time.
-    let start_n = (levels.coulomb_n).max(levels.static_n - 0.3 * rate);
+    let start_n = (0.5 * new.coulomb_n).max(aged.static_n - 0.3 * rate);
     let (mut velocity, mut deflection) = (0.0, start_n / bristle.stiffness_n_per_m);
     let (mut time_s, mut position_m, mut way) = (Vec::new(), Vec::new(), 0.0);
+    let mut age = age * (-deflection / FORGETTING_WAY_M).exp();
     for row in 0..MOST_ROWS {
         time_s.push(row as f64 * STEP_S * STEPS_A_ROW as f64);
         position_m.push(way);
@@ -190,7 +201,7 @@ fn seen_share<R: Real>(
         for step in 0..STEPS_A_ROW {
             let at = (row * STEPS_A_ROW + step) as f64 * STEP_S;
             let out = bristle.step_with_mass(
-                &levels,
+                &dwell.levels(new, age),
                 carriage.mass_kg.value(),
                 velocity,
                 deflection,
@@ -198,12 +209,13 @@ fn seen_share<R: Real>(
                 STEP_S,
             );
             (velocity, deflection) = (out.velocity_m_per_s, out.deflection_m);
+            age = dwell.step(age, velocity, STEP_S);
             way += STEP_S * velocity;
         }
     }
     let left = position_m.partition_point(|&way| way <= STANDING_M);
     match instant(&time_s[left..], &position_m[left..], 0.0) {
-        Some(at_s) => (start_n + rate * at_s - levels.coulomb_n) / rise_n,
+        Some(at_s) => (start_n + rate * at_s - aged.coulomb_n) / rise_n,
         None => 1.0,
     }
 }
@@ -280,17 +292,21 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     let ambient = carriage.ambient_pressure_pa;
     let offsets = Side::BOTH.map(|side| values.pressure_offset_pa(side));
     let time = &track.recording.time_s;
+    let pressure = PressureReading {
+        time_s: time,
+        lag_s: values.effect("pressure-sensor-lag", "time_constant_s", 0.0),
+        skew_s: values.effect("position-time-skew", "delay_s", 0.0),
+    };
     let bump = Bump::new(super::motion::median_step_s(time));
     let mut gas: Vec<R> = Vec::with_capacity(track.len());
     let mut force: Vec<R> = Vec::with_capacity(track.len());
-    let mut ages: Vec<R> = Vec::with_capacity(track.len());
     let mut events = breakaways(time, position).into_iter().peekable();
     let mut breaks: Vec<(Breakaway, FrictionLevels<R>)> = Vec::new();
     let velocity = |row: usize| R::from_f64(motion.velocity_m_per_s[row]);
     let mut state = CarriageState::new(R::from_f64(motion.position_m[0]), velocity(0));
     for row in 0..track.len() {
-        let p_a = R::from_f64(a[row]) - offsets[0];
-        let p_b = R::from_f64(b[row]) - offsets[1];
+        let p_a = pressure.at(a, row) - offsets[0];
+        let p_b = pressure.at(b, row) - offsets[1];
         gas.push(carriage.drive_n(p_a, p_b) - terms.constant_force_n);
         let before = row.saturating_sub(1);
         let dt_s = (time[row] - time[before]).max(1e-9);
@@ -305,22 +321,12 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
             }
             _ => R::ZERO,
         };
-        if let Some(effects) = &carriage.effects {
-            state.contact_age = effects.contact_age(&bristle, &state, velocity(row), dt);
-        }
-        ages.push(state.contact_age);
         state.position_m = Compensated::new(R::from_f64(motion.position_m[row]));
         state.velocity_m_per_s = velocity(row);
         let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
         let levels = carriage.levels(&state, levels);
         if let Some(event) = events.next_if(|event| event.row <= row) {
-            // The smoothed velocity looks ahead of the break-away.
-            let standing = CarriageState {
-                contact_age: ages[row.saturating_sub(motion.half_width + 2)],
-                ..state
-            };
-            let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
-            breaks.push((event, carriage.levels(&standing, levels)));
+            breaks.push((event, levels));
         }
         let dry = FrictionLevels {
             viscous_n_s_per_m: R::ZERO,
@@ -337,7 +343,12 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         let Some((drive, noise_n, rate)) = event.force(time, &gas) else {
             continue;
         };
-        let seen = seen_share(&carriage, &levels, rate);
+        let dwell = carriage.effects.map(|effects| effects.dwell_stiction);
+        let age = dwell.map_or(R::ZERO, |dwell| {
+            dwell.step(R::ZERO, R::ZERO, R::from_f64(event.rest_s))
+        });
+        let seen = seen_share(&carriage, &levels, age.value(), rate);
+        let levels = dwell.map_or(levels, |dwell| dwell.levels(levels, age));
         let held = levels.coulomb_n + (levels.static_n - levels.coulomb_n) * R::from_f64(seen);
         let scale = BREAKAWAY_NOISE_N / noise_n;
         if scale * WORST_EVENT > 1.0 {
@@ -373,6 +384,36 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
             sink.row(centre, &outputs, &[]);
         }
         centre += (half / 2).max(1);
+    }
+}
+
+/// How a pressure is read off its recording, where its sensor lags or the
+/// position was logged at another time.
+struct PressureReading<'a, R> {
+    time_s: &'a [f64],
+    lag_s: R,
+    skew_s: R,
+}
+
+impl<R: Real> PressureReading<'_, R> {
+    /// The pressure when the position of this row was where it was recorded.
+    fn at(&self, recorded_pa: &[f64], row: usize) -> R {
+        let shown = if self.skew_s.value().abs() > 0.0 {
+            delayed(self.time_s, recorded_pa, row, -self.skew_s)
+        } else {
+            R::from_f64(recorded_pa[row])
+        };
+        if self.lag_s.value() <= 0.0 {
+            return shown;
+        }
+        // Over as many rows as a lag lasts: the bump averages the rest.
+        const REACH: usize = 2;
+        let (from, to) = (
+            row.saturating_sub(REACH),
+            (row + REACH).min(recorded_pa.len() - 1),
+        );
+        let slope = (recorded_pa[to] - recorded_pa[from]) / (self.time_s[to] - self.time_s[from]);
+        shown + self.lag_s * R::from_f64(slope)
     }
 }
 

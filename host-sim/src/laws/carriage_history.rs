@@ -15,6 +15,8 @@ use std::ops::Range;
 
 /// The seal counts as sliding from this many Stribeck velocities on.
 const SLIDING: f64 = 3.0;
+/// A smoothed velocity below this is noise (some 0.3 mm/s): the carriage stands.
+const STANDING_M_PER_S: f64 = 1e-3;
 /// Ways of forgetting after which nothing of the age is left: exp(-10).
 const FORGOTTEN_WAYS: f64 = 10.0;
 /// A longer stand is followed in this many steps.
@@ -150,7 +152,8 @@ fn contact_age<R: Real>(
         let end = (row + stride).min(past.start);
         let length = R::from_f64(past.length_s(&(row..end)));
         let mean = (past.velocity(row) + past.velocity(end)) * R::from_f64(0.5);
-        age = stiction.step(age, bristle, mean, length);
+        let moves = mean.value().abs() > STANDING_M_PER_S;
+        age = stiction.step(age, if moves { mean } else { R::ZERO }, length);
         row = end;
     }
     age

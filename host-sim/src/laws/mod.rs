@@ -208,7 +208,7 @@ impl Law {
 
     /// Whether a fit of it takes seconds on long recordings.
     pub fn is_dear(self) -> bool {
-        self == Self::Chambers
+        matches!(self, Self::Chambers | Self::Balance)
     }
 
     /// Whether its recordings may be thinned for the search: a closed chamber is

@@ -1,0 +1,194 @@
+//! `pneuma trial`: the diagnosis judged on concealed data.
+
+use super::{CommandError, inputs};
+use crate::text::file_name;
+use crate::trial::others::other;
+use crate::trial::plan::Planned;
+use crate::trial::{Scorecard, Setting, markdown, page, plan, run as run_case, seal};
+use clap::Args;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use truth_plant::Kind;
+
+/// Judge the diagnosis on rigs whose truth is sealed before it runs.
+///
+/// Cases are run one after another and the scorecard is written after each. A
+/// scorecard that is there already is gone on with.
+#[derive(Args, Debug)]
+pub struct TrialArguments {
+    /// How many cases the scorecard shall hold.
+    #[arg(long)]
+    pub cases: usize,
+    /// The seed that all cases follow from.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Cases of this kind only: single, pair, onset, nothing, parameters, dirty,
+    /// other-form, off-list or unobservable.
+    #[arg(long)]
+    pub kind: Option<Kind>,
+    /// The scorecard.
+    #[arg(long)]
+    pub json: PathBuf,
+    /// Write the report here.
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+    /// Write the main tables here, as Markdown.
+    #[arg(long)]
+    pub markdown: Option<PathBuf>,
+    /// Keep the cases' files in this folder; each holds its truth once it is open.
+    #[arg(long)]
+    pub keep: Option<PathBuf>,
+    /// Judge other tools too, by the verdicts NAME.json that they have written
+    /// into the kept folders.
+    #[arg(long, value_name = "NAME", num_args = 1.., requires = "keep")]
+    pub others: Vec<String>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If a file cannot be written, or the scorecard is of another trial.
+pub fn run(arguments: &TrialArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let setting = Setting {
+        seed: arguments.seed,
+        kind: arguments.kind,
+    };
+    let outputs = [
+        Some(&arguments.json),
+        arguments.report.as_ref(),
+        arguments.markdown.as_ref(),
+    ];
+    inputs::check_outputs(&[], &outputs.into_iter().flatten().collect::<Vec<_>>())?;
+    let planned = plan(setting, arguments.cases);
+    let mut card = opened_or_new(arguments, setting)?;
+    seal_cases(&mut card, &planned, arguments, out)?;
+    let work = Work::new(arguments)?;
+    for planned in planned.iter().skip(card.cases.len()) {
+        let folder = work.root.join(planned.folder());
+        let progress = inputs::spinner();
+        let tell = |stage: &str| progress.set_message(format!("{}: {stage}", planned.folder()));
+        let case = run_case(
+            setting,
+            planned,
+            &card.seals[planned.number],
+            &folder,
+            &tell,
+        )
+        .map_err(inputs::bad_input)?;
+        progress.finish_and_clear();
+        let verdict = if case.judgement.right {
+            "right"
+        } else {
+            "WRONG"
+        };
+        card.add(case);
+        card.write(&arguments.json).map_err(inputs::bad_input)?;
+        work.after(&folder)?;
+        writeln!(out, "{}: {verdict}", planned.folder())?;
+        out.flush()?;
+    }
+    for name in &arguments.others {
+        let score = other(&card.cases, &work.root, name).map_err(inputs::bad_input)?;
+        card.others.insert(name.clone(), score);
+    }
+    card.write(&arguments.json).map_err(inputs::bad_input)?;
+    write_reports(arguments, &card)?;
+    summary(&card, out)
+}
+
+fn opened_or_new(arguments: &TrialArguments, setting: Setting) -> Result<Scorecard, CommandError> {
+    if arguments.json.exists() {
+        return Scorecard::read(&arguments.json, setting).map_err(inputs::bad_input);
+    }
+    Ok(Scorecard::new(setting, Vec::new()))
+}
+
+/// Seals every case that is not sealed yet and publishes the seals, before any
+/// of them is run.
+fn seal_cases(
+    card: &mut Scorecard,
+    planned: &[Planned],
+    arguments: &TrialArguments,
+    out: &mut dyn Write,
+) -> Result<(), CommandError> {
+    let progress = inputs::spinner();
+    for planned in planned.iter().skip(card.seals.len()) {
+        progress.set_message(format!("sealing {}", planned.folder()));
+        card.seals
+            .push(seal(card.setting, planned).map_err(inputs::bad_input)?);
+    }
+    progress.finish_and_clear();
+    let path = arguments.json.with_extension("sealed.txt");
+    let lines: Vec<String> = card
+        .seals
+        .iter()
+        .enumerate()
+        .map(|(number, seal)| format!("case-{number:04} {}\n", seal.sha256))
+        .collect();
+    inputs::write_text(&path, &lines.concat())?;
+    card.write(&arguments.json).map_err(inputs::bad_input)?;
+    let name = file_name(&path.display().to_string());
+    writeln!(out, "{} truths sealed in {name}", card.seals.len())?;
+    Ok(())
+}
+
+/// The folder that the cases are written to.
+struct Work {
+    root: PathBuf,
+    is_kept: bool,
+}
+
+impl Work {
+    fn new(arguments: &TrialArguments) -> Result<Self, CommandError> {
+        let is_kept = arguments.keep.is_some();
+        let root = arguments
+            .keep
+            .clone()
+            .unwrap_or_else(|| arguments.json.with_extension("cases"));
+        fs::create_dir_all(&root)?;
+        Ok(Self { root, is_kept })
+    }
+
+    fn after(&self, folder: &Path) -> Result<(), CommandError> {
+        if !self.is_kept {
+            fs::remove_dir_all(folder)?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        if !self.is_kept {
+            // A folder that still holds something stays.
+            let _ = fs::remove_dir(&self.root);
+        }
+    }
+}
+
+fn write_reports(arguments: &TrialArguments, card: &Scorecard) -> Result<(), CommandError> {
+    if let Some(path) = &arguments.report {
+        let how = inputs::provenance([]).fact("seed", arguments.seed);
+        inputs::write_page(path, &page::page(card, how))?;
+    }
+    if let Some(path) = &arguments.markdown {
+        inputs::write_text(path, &markdown::tables(card))?;
+    }
+    Ok(())
+}
+
+fn summary(card: &Scorecard, out: &mut dyn Write) -> Result<(), CommandError> {
+    for mark in &card.score.marks {
+        let kept = mark
+            .kept
+            .map_or("no case", |kept| if kept { "kept" } else { "MISSED" });
+        writeln!(
+            out,
+            "{:<52} {:>16}  {kept}",
+            mark.title,
+            mark.reached.to_string()
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! The scorecard's main tables as Markdown, for the book.
+
+use super::book::Scorecard;
+use super::score::Row;
+use std::fmt::Write as _;
+
+/// Marks, classes and concealments.
+pub fn tables(card: &Scorecard) -> String {
+    let mut text = String::from("| mark | to reach | reached | kept |\n|---|---|---|---|\n");
+    for mark in &card.score.marks {
+        let way = if mark.at_least { "at least" } else { "at most" };
+        let kept = mark
+            .kept
+            .map_or("no case", |kept| if kept { "yes" } else { "**no**" });
+        // Writing into a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {way} {:.0} % | {} | {kept} |",
+            mark.title,
+            100.0 * mark.mark,
+            mark.reached
+        );
+    }
+    if !card.others.is_empty() {
+        beside(&mut text, card);
+    }
+    rows(&mut text, "what was missing", &card.score.classes);
+    rows(&mut text, "how it was concealed", &card.score.concealments);
+    text
+}
+
+fn beside(text: &mut String, card: &Scorecard) {
+    let names: Vec<&str> = card.others.keys().map(String::as_str).collect();
+    let _ = writeln!(
+        text,
+        "\n| the same cases | pneuma | {} |",
+        names.join(" | ")
+    );
+    let _ = writeln!(text, "|---|---|{}", "---|".repeat(names.len()));
+    for mark in &card.score.marks {
+        let theirs = card.others.values().map(|score| {
+            let same = score.marks.iter().find(|other| other.title == mark.title);
+            same.map(|other| other.reached.to_string())
+                .unwrap_or_default()
+        });
+        let theirs: Vec<String> = theirs.collect();
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} |",
+            mark.title,
+            mark.reached,
+            theirs.join(" | ")
+        );
+    }
+}
+
+fn rows(text: &mut String, what: &str, rows: &[Row]) {
+    let _ = writeln!(
+        text,
+        "\n| {what} | cases | named first | within the set | place | unknown | false alarms | confident, wrong | \
+         size error | sizes covered | held out: improved/refitted | floor/refitted | worse | s |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+    );
+    for row in rows {
+        let number = |value: Option<f64>, decimals: usize| {
+            value.map_or_else(|| "–".to_owned(), |value| format!("{value:.decimals$}"))
+        };
+        let percent = row
+            .size_error
+            .map_or_else(|| "–".to_owned(), |e| format!("{:.1} %", 100.0 * e));
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {percent} | {} | {} | {} | {} | {} |",
+            row.title,
+            row.cases,
+            row.named_first,
+            row.within_set,
+            row.place,
+            row.unknown,
+            row.false_alarms,
+            row.confidently_wrong,
+            row.covered,
+            number(row.improved_over_refitted, 3),
+            number(row.floor_over_refitted, 3),
+            row.worse,
+            number(row.seconds, 1),
+        );
+    }
+}

@@ -1,0 +1,208 @@
+//! Back onto the chip: the firmware's control task drives the true plant of a
+//! case, once with the settings of the rig as given, once with the refitted
+//! numbers, once with what was found. The same moves, the same noise.
+//!
+//! The plant samples at 1 kHz; a command takes hold one tick after its sample,
+//! as on the board. Judged is the true position against the reference, from the
+//! end of the first rest on.
+
+use crate::closed_loop::{Drive, HostController, control_task};
+use crate::motion::{Motion, as_sent};
+use crate::plant::valve_v;
+use crate::rig::Rig;
+use firmware::codes::{AdcCodes, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S};
+use firmware::control_task::{Sample, State};
+use serde::{Deserialize, Serialize};
+use truth_plant::{Plant, Sample as Measured};
+
+/// The rest at the beginning, which is not judged, s.
+const FIRST_REST_S: f64 = 1.0;
+
+/// How a rig's settings controlled the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tracking {
+    /// Root of the mean square of the position's error, m.
+    pub rms_m: f64,
+    /// Largest error, m.
+    pub worst_m: f64,
+    /// Way that the command goes in a second, V/s.
+    pub activity_v_per_s: f64,
+    /// Seconds in fault.
+    pub fault_s: f64,
+}
+
+/// A rig tried on the plant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tried {
+    /// It drove.
+    Driven(Tracking),
+    /// The controller's settings cannot carry it, and why.
+    Refused(String),
+}
+
+impl Tried {
+    /// The figures, if it drove.
+    pub fn tracking(&self) -> Option<Tracking> {
+        match self {
+            Self::Driven(tracking) => Some(*tracking),
+            Self::Refused(_) => None,
+        }
+    }
+}
+
+/// Before and after.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OnChip {
+    /// The rig as given.
+    pub given: Tried,
+    /// Ordinary parameters refitted.
+    pub refitted: Tried,
+    /// With the effects that were found.
+    pub improved: Tried,
+}
+
+/// Less of a change in the error than this is none: the noise of a run moves it
+/// by about as much.
+const NOTEWORTHY: f64 = 0.05;
+
+impl OnChip {
+    /// What came of it, in a few words.
+    pub fn remark(&self) -> String {
+        let (refitted, improved) = match (&self.refitted, &self.improved) {
+            (Tried::Driven(refitted), Tried::Driven(improved)) => (refitted, improved),
+            (_, Tried::Refused(why)) | (Tried::Refused(why), _) => {
+                return format!("not carried by the settings: {why}");
+            }
+        };
+        let ratio = improved.rms_m / refitted.rms_m;
+        if improved.fault_s > 0.0 {
+            "ended in a fault".into()
+        } else if ratio < 1.0 - NOTEWORTHY {
+            "tracks better".into()
+        } else if ratio > 1.0 + NOTEWORTHY {
+            "tracks worse".into()
+        } else {
+            "no change".into()
+        }
+    }
+}
+
+/// Drives the plant with the settings of a rig.
+pub fn tried(mut plant: Plant, rig: &Rig) -> Tried {
+    let mut drive = match control_task(rig) {
+        Ok(task) => HostController::new(task),
+        Err(fault) => {
+            return Tried::Refused(format!("{}: {}", fault.key, fault.problem));
+        }
+    };
+    let motion = Motion::mixed();
+    let ticks = (motion.duration_s() / truth_plant::plant::TICK_S).ceil() as u32;
+    let mut tally = Tally::default();
+    let mut held_v = rig.valve.as_ref().map_or(5.0, |valve| valve.null_v);
+    for tick in 0..ticks {
+        let time_s = plant.time_s();
+        let reference = motion.at(time_s);
+        let sample = Sample {
+            tick,
+            codes: codes(&plant.sample()),
+            reference: as_sent(&reference),
+        };
+        let command = match drive.command(&sample) {
+            Ok(command) => command,
+            Err(error) => return Tried::Refused(error.to_string()),
+        };
+        let next_v = valve_v(command.valve);
+        if time_s >= FIRST_REST_S {
+            let error_m = plant.reality().position_m - reference.position_m;
+            tally.add(
+                error_m,
+                next_v - held_v,
+                command.state == State::Fault as u8,
+            );
+        }
+        plant.advance(held_v);
+        held_v = next_v;
+    }
+    Tried::Driven(tally.tracking())
+}
+
+/// The codes of the board's converters for what the plant's sensors say.
+fn codes(measured: &Measured) -> AdcCodes {
+    const STEP_16_BIT: f32 = 1.0;
+    const STEP_12_BIT: f32 = 16.0;
+    // The highest code is that of a failed conversion.
+    let code = |scale: Scale, value: f64, step: f32| {
+        let place = (scale.place(value as f32) / step).round() * step;
+        place.min(f32::from(u16::MAX) - step) as u16
+    };
+    let [a_pa, b_pa] = measured.pressure_pa;
+    AdcCodes::from_array([
+        code(POSITION_M, measured.position_m, STEP_16_BIT),
+        code(PRESSURE_PA, a_pa, STEP_12_BIT),
+        code(PRESSURE_PA, b_pa, STEP_12_BIT),
+        code(PRESSURE_PA, measured.supply_pa, STEP_12_BIT),
+        code(VELOCITY_M_PER_S, measured.speed_m_per_s, STEP_16_BIT),
+    ])
+}
+
+#[derive(Default)]
+struct Tally {
+    rows: usize,
+    square_m2: f64,
+    worst_m: f64,
+    way_v: f64,
+    faults: usize,
+}
+
+impl Tally {
+    fn add(&mut self, error_m: f64, step_v: f64, in_fault: bool) {
+        self.rows += 1;
+        self.square_m2 += error_m * error_m;
+        self.worst_m = self.worst_m.max(error_m.abs());
+        self.way_v += step_v.abs();
+        self.faults += usize::from(in_fault);
+    }
+
+    fn tracking(&self) -> Tracking {
+        let rows = self.rows.max(1) as f64;
+        Tracking {
+            rms_m: (self.square_m2 / rows).sqrt(),
+            worst_m: self.worst_m,
+            activity_v_per_s: self.way_v / (rows * truth_plant::plant::TICK_S),
+            fault_s: self.faults as f64 * truth_plant::plant::TICK_S,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use truth_plant::{Kind, Request};
+
+    #[test]
+    fn val_the_firmware_controls_a_plant_it_was_not_written_with() {
+        let request = Request::new(21, Kind::Nothing).with_noise(1.0);
+        let rig = Rig::parse(&request.draw().rig_toml, "rig.toml").unwrap();
+        let tracking = tried(request.plant(), &rig).tracking().unwrap();
+        // Twelve of the numbers are wrong by a deviation: still within some millimetres.
+        assert!(
+            tracking.rms_m < 5e-3 && tracking.worst_m < 30e-3,
+            "{tracking:?}"
+        );
+        assert!(tracking.fault_s.abs() < 1e-9 && tracking.activity_v_per_s > 0.0);
+    }
+
+    #[test]
+    fn prop_what_the_settings_cannot_carry_is_said() {
+        let request = Request::new(21, Kind::Nothing).with_noise(1.0);
+        let mut rig = Rig::parse(&request.draw().rig_toml, "rig.toml").unwrap();
+        let lag = [("time_constant_s".to_owned(), 3e-3)].into();
+        rig.effects.insert("pressure-sensor-lag".into(), lag);
+        let tried = tried(request.plant(), &rig);
+        assert!(
+            matches!(&tried, Tried::Refused(why) if why.contains("sensor")),
+            "{tried:?}"
+        );
+    }
+}
