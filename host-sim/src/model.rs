@@ -441,7 +441,7 @@ impl<R: Real> Values<'_, R> {
     }
 
     /// What the carriage's own motion leaves out.
-    fn carriage_effects(&self) -> CarriageEffects<R> {
+    pub fn carriage_effects(&self) -> CarriageEffects<R> {
         CarriageEffects {
             position_friction: self.position_friction(),
             direction_friction: DirectionDependentFriction {

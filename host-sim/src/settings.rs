@@ -13,7 +13,7 @@ use crate::rig::Rig;
 use firmware::codes::POSITION_M;
 use firmware::settings::{
     Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gains, Gas,
-    Settings, SettingsFault, Tube, Valve,
+    MechanicalEffects, Settings, SettingsFault, Tube, Valve,
 };
 use model_core::axis::Axis;
 use model_core::chamber;
@@ -25,25 +25,9 @@ use model_core::real::Real;
 /// depend on it.
 const COMPARED_STEP_S: f64 = 1e-3;
 
-/// Why a part of the axis cannot be sent.
-const NO_PLACE: &str = "has no place among the settings of a board";
-
-/// Effects that do not arrive at a board, and why: those of a recording, those of
-/// a sensor, those that the settings hold no number for.
+/// Effects that do not arrive at a board, and why: those of a recording and those of
+/// a sensor, which are none of the axis.
 const NOT_ON_A_BOARD: &[(&str, &str, &str)] = &[
-    ("piston-leakage", "laminar_kg_s_Pa2", NO_PLACE),
-    ("piston-leakage", "orifice_m2", NO_PLACE),
-    ("supply-droop", "tank_volume_m3", NO_PLACE),
-    ("supply-droop", "feed_area_m2", NO_PLACE),
-    ("exhaust-back-pressure", "silencer_area_m2", NO_PLACE),
-    ("exhaust-back-pressure", "volume_m3", NO_PLACE),
-    ("variable-heat-transfer", "density_exponent", NO_PLACE),
-    ("variable-heat-transfer", "flow_W_m2K", NO_PLACE),
-    ("wall-temperature", "offset_K", NO_PLACE),
-    ("wall-temperature", "heat_capacity_J_K", NO_PLACE),
-    ("wall-temperature", "outer_W_K", NO_PLACE),
-    ("end-cushion", "length_m", NO_PLACE),
-    ("end-cushion", "needle_area_m2", NO_PLACE),
     (
         "pressure-sensor-offset",
         "offset_a_Pa",
@@ -223,6 +207,8 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) ->
             per_pressure_difference_n_per_pa: terms.per_pressure_difference_n_per_pa,
             constant_force_n: terms.constant_force_n,
         },
+        pneumatic_effects: pneumatics.into(),
+        mechanical_effects: MechanicalEffects::from(values.carriage_effects()),
         controller,
     }
 }
@@ -301,14 +287,16 @@ mod tests {
             * match parameter.key {
                 "diameter_m" => 0.006,
                 "natural_frequency_Hz" => 100.0,
-                "laminar_a_kg_s_Pa2" | "laminar_b_kg_s_Pa2" => 2e-16,
-                "orifice_a_m2" | "orifice_b_m2" => 1e-8,
+                "laminar_kg_s_Pa2" | "laminar_a_kg_s_Pa2" | "laminar_b_kg_s_Pa2" => 2e-16,
+                "orifice_m2" | "orifice_a_m2" | "orifice_b_m2" => 1e-8,
                 "memory_a" | "memory_b" => 0.5,
                 "volume_a_m3" | "volume_b_m3" => 1e-5,
                 "per_mean_pressure_N_Pa" | "per_pressure_difference_N_Pa" => 1e-5,
                 "bristle_stiffness_N_m" => 3e5,
                 "delay_s" | "time_constant_s" => 2e-3,
                 "tank_volume_m3" | "volume_m3" => 1e-3,
+                "buffer_length_m" | "gap_m" => 0.01,
+                "asymmetry" | "viscous_asymmetry" => 0.3,
                 "feed_area_m2" | "silencer_area_m2" | "needle_area_m2" => 5e-6,
                 "rising_per_s" | "falling_per_s" => 500.0,
                 _ => 0.8,
@@ -348,18 +336,36 @@ mod tests {
 
     #[test]
     fn prop_no_effect_is_dropped() {
-        let plain = settings(&paper()).expect("it makes settings");
+        let rig_with = |effect: &crate::effects::Effect, changed: Option<usize>| {
+            let mut rig = paper();
+            let all = effect.parameters.iter().enumerate();
+            let all = all.filter(|(_, one)| !is_not_sent(effect.name, one.key));
+            let values = all.map(|(place, one)| (one.key.to_owned(), value_for(one, place)));
+            let mut values: BTreeMap<String, f64> = values.collect();
+            if let Some(place) = changed {
+                let one = &effect.parameters[place];
+                values.insert(one.key.to_owned(), value_for(one, place + 1));
+            }
+            rig.effects.insert(effect.name.into(), values);
+            rig
+        };
         for effect in EFFECTS {
+            let whole = settings(&rig_with(effect, None)).expect("it makes settings");
+            let is_sent = |one: &EffectParameter| !is_not_sent(effect.name, one.key);
+            if effect.parameters.iter().any(is_sent) {
+                assert_ne!(
+                    whole,
+                    settings(&paper()).expect("as well"),
+                    "{}",
+                    effect.name
+                );
+            }
             for (place, parameter) in effect.parameters.iter().enumerate() {
-                let mut rig = paper();
-                let value = value_for(parameter, place);
-                let one = BTreeMap::from([(parameter.key.to_owned(), value)]);
-                rig.effects.insert(effect.name.into(), one);
                 let name = format!("effects.{}.{}", effect.name, parameter.key);
-                match settings(&rig) {
-                    Ok(changed) => assert_ne!(changed, plain, "{name}"),
+                match settings(&rig_with(effect, Some(place))) {
+                    Ok(changed) => assert_ne!(changed, whole, "{name}"),
                     Err(error) => {
-                        assert!(is_not_sent(effect.name, parameter.key), "{error}");
+                        assert!(!is_sent(parameter), "{error}");
                         assert!(error.to_string().starts_with(&name), "{error}");
                     }
                 }

@@ -227,6 +227,21 @@ const BAD: &[(&str, &str, &str)] = &[
     ),
     (
         "[0, 0.5, 1.0]",
+        "[0.1, 0.5, 1.0]",
+        "rig.toml:20: valve.opening_V: point 0 is 0.1, expected 0: the first point is the leakage of the closed path",
+    ),
+    (
+        "[0, 0.5, 1.0]",
+        "[0]",
+        "rig.toml:20: valve.opening_V: has 1 points, expected at least 2",
+    ),
+    (
+        "[7.5e-08, 1.1e-07, 1.2e-05]",
+        "[7.5e-08, 1.1e-09, 1.2e-05]",
+        "rig.toml:21: valve.supply_area_m2: point 1 is 0.0000000011 after 0.000000075, expected areas that never fall",
+    ),
+    (
+        "[0, 0.5, 1.0]",
         "[0, 0.5]",
         "rig.toml:21: valve.supply_area_m2: has 3 points, expected 2, as valve.opening_V has",
     ),
@@ -451,4 +466,27 @@ proptest! {
         prop_assert_eq!(&parse(&rig.to_toml()), &rig);
         prop_assert_eq!(rig.value("carriage.mass_kg"), Some(mass));
     }
+}
+
+#[test]
+fn prop_a_table_of_more_points_than_the_model_holds_is_refused_with_the_limit() {
+    use model_core::valve::TABLE_CAPACITY;
+    let read = |count: usize| {
+        let column = |step: f64| {
+            let points: Vec<f64> = (0..count).map(|at| at as f64 * step).collect();
+            format!("{points:?}")
+        };
+        let text = FULL
+            .replace("[0, 0.5, 1.0]", &column(0.02))
+            .replace("[7.5e-08, 1.1e-07, 1.2e-05]", &column(1e-7))
+            .replace("[7.7e-08, 1.1e-07, 1.3e-05]", &column(1e-7));
+        Rig::parse(&text, "rig.toml")
+    };
+    assert!(read(TABLE_CAPACITY).is_ok());
+    let fault = read(TABLE_CAPACITY + 1).unwrap_err().to_string();
+    let expected = format!(
+        "rig.toml:20: valve.opening_V: has {} points, expected {TABLE_CAPACITY} at most: thin the table",
+        TABLE_CAPACITY + 1
+    );
+    assert!(fault.starts_with(&expected), "{fault}");
 }

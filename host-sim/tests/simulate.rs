@@ -440,7 +440,7 @@ fn regress_a_rig_that_is_no_axis_says_what_it_lacks() {
         (
             "opening_V = [0.0,",
             "opening_V = [0.1,",
-            "rig.toml: valve.opening_V: point 0",
+            ": valve.opening_V: point 0 is 0.1, expected 0",
         ),
         (
             "= [1e-7, 1e-7, 16.7e-6]",

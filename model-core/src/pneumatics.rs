@@ -7,8 +7,8 @@
 use crate::chamber::{Chamber, ChamberFlow, ChamberState};
 use crate::gas::Gas;
 use crate::left_out::{
-    ChamberLeakage, Crossing, EndCushion, ExhaustBackPressure, PistonLeakage, SilencerState,
-    SupplyDroop, TankState, TubeEnd, TubeLine, TubeState,
+    ChamberLeakage, Crossing, EndCushion, ExhaustBackPressure, Passed, PistonLeakage, PortFlow,
+    SilencerState, SupplyDroop, TankState, TubeEnd, TubeLine, TubeState,
 };
 use crate::real::Real;
 use crate::valve::{FlowLaw, GasState, PathAreas};
@@ -91,12 +91,14 @@ struct PortPaths<R> {
     exhaust: GasState<R>,
 }
 
-/// The gas at a port over a step: the flow through a path on average is its flow
-/// at `gas` plus its slope times `beyond_pa`.
+/// What a port says of the flows through its paths over a step.
 #[derive(Clone, Copy)]
-struct Port<R> {
-    gas: GasState<R>,
-    beyond_pa: R,
+enum Port<R> {
+    /// The flow through a path on average is its flow at `gas` plus its slope times
+    /// `beyond_pa`.
+    Gas { gas: GasState<R>, beyond_pa: R },
+    /// A tube has counted them.
+    Tube(Passed<R>),
 }
 
 /// One side's parameters.
@@ -231,20 +233,26 @@ impl<R: Real> Pneumatics<R> {
     ) -> Port<R> {
         let stroke = side.chamber.stroke(way_m.0, way_m.1);
         if self.tube.is_present() {
-            let (line, port) = self.step_tube(side.chamber, state, tube, paths, way_m.1, dt_s);
+            let passed = self.step_tube(side.chamber, state, tube, paths, way_m.1, dt_s);
+            let line = ChamberFlow::NONE.with(
+                passed.into_chamber_kg_per_s,
+                R::ZERO,
+                self.ambient.temperature_k,
+                state.temperature_k.value,
+            );
             let flow = |gas| line.with_losses(self, side, gas);
             side.chamber.step(state, &stroke, flow, dt_s);
-            return port;
+            return Port::Tube(passed);
         }
         let flow = |gas| self.port_flow(paths, gas).with_losses(self, side, gas);
         let exchange = side.chamber.exchange(state, &stroke, flow, dt_s);
-        Port {
+        Port::Gas {
             gas: exchange.middle,
             beyond_pa: exchange.beyond_pa,
         }
     }
 
-    /// Steps the tube; returns the flow from it into the chamber, and its port.
+    /// Steps the tube; returns what passed it.
     fn step_tube(
         &self,
         chamber: &Chamber<R>,
@@ -253,48 +261,32 @@ impl<R: Real> Pneumatics<R> {
         paths: &PortPaths<R>,
         position_m: R,
         dt_s: R,
-    ) -> (ChamberFlow<R>, Port<R>) {
+    ) -> Passed<R> {
         let tube_k = self.ambient.temperature_k;
-        let node = GasState {
-            pressure_pa: tube.port_pa(),
+        let within = |pressure_pa| GasState {
+            pressure_pa,
             temperature_k: tube_k,
         };
-        let valve = self.port_flow(paths, node);
         let gas = state.gas_state();
         let needle = if self.cushion.is_present() {
             let length_m = chamber.geometry.length_m(position_m);
-            let far = GasState {
-                pressure_pa: tube.far_pa(),
-                ..node
-            };
             self.cushion
-                .resistance_pa_s_per_kg(&self.law, length_m, gas, far)
+                .resistance_pa_s_per_kg(&self.law, length_m, gas, within(tube.far_pa()))
         } else {
             R::ZERO
         };
-        let passed = self.tube.step(
+        self.tube.step(
             tube,
             &self.gas,
             tube_k,
-            (valve.mass_kg_per_s, valve.mass_slope),
+            |pressure_pa| self.path_flows(paths, within(pressure_pa)),
             &TubeEnd {
                 pressure_pa: gas.pressure_pa,
                 pa_per_kg: self.pa_per_kg(chamber, gas, position_m),
                 resistance_pa_s_per_kg: needle,
             },
             dt_s,
-        );
-        let port = Port {
-            gas: node,
-            beyond_pa: passed.port_rise_pa,
-        };
-        let line = ChamberFlow::NONE.with(
-            passed.into_chamber_kg_per_s,
-            R::ZERO,
-            tube_k,
-            gas.temperature_k,
-        );
-        (line, port)
+        )
     }
 
     /// How much the pressure of a chamber rises per mass let in.
@@ -340,7 +332,7 @@ impl<R: Real> Pneumatics<R> {
 
     /// The gas at both ports before the step.
     fn ports(&self, state: &PneumaticState<R>) -> [Port<R>; 2] {
-        let port = |chamber: &Chamber<R>, state: &ChamberState<R>, tube: &TubeState<R>| Port {
+        let port = |chamber: &Chamber<R>, state: &ChamberState<R>, tube: &TubeState<R>| Port::Gas {
             gas: if self.tube.is_present() {
                 GasState {
                     pressure_pa: tube.port_pa(),
@@ -358,12 +350,15 @@ impl<R: Real> Pneumatics<R> {
     }
 
     /// Flow through both supply paths out of a supply, and its slope by the
-    /// supply's pressure.
+    /// supply's pressure (of no use, and nought, where it has been counted).
     fn draw(&self, areas: &PathAreas<R>, supply: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
-        let through = |area_m2, port: Port<R>| {
-            let flow = self.law.flow(area_m2, supply, port.gas);
-            let mass = flow.mass_flow_kg_per_s + flow.slope_2_kg_per_s_pa * port.beyond_pa;
-            (mass, flow.slope_1_kg_per_s_pa)
+        let through = |area_m2, port| match port {
+            Port::Gas { gas, beyond_pa } => {
+                let flow = self.law.flow(area_m2, supply, gas);
+                let mass = flow.mass_flow_kg_per_s + flow.slope_2_kg_per_s_pa * beyond_pa;
+                (mass, flow.slope_1_kg_per_s_pa)
+            }
+            Port::Tube(passed) => (passed.supplied_kg_per_s, R::ZERO),
         };
         let a = through(areas.supply_a_m2, ports[0]);
         let b = through(areas.supply_b_m2, ports[1]);
@@ -371,12 +366,15 @@ impl<R: Real> Pneumatics<R> {
     }
 
     /// Flow through both exhaust paths into an exhaust, and its slope by the
-    /// exhaust's pressure.
+    /// exhaust's pressure (nought as above).
     fn vent(&self, areas: &PathAreas<R>, exhaust: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
-        let through = |area_m2, port: Port<R>| {
-            let flow = self.law.flow(area_m2, port.gas, exhaust);
-            let mass = flow.mass_flow_kg_per_s + flow.slope_1_kg_per_s_pa * port.beyond_pa;
-            (mass, flow.slope_2_kg_per_s_pa)
+        let through = |area_m2, port| match port {
+            Port::Gas { gas, beyond_pa } => {
+                let flow = self.law.flow(area_m2, gas, exhaust);
+                let mass = flow.mass_flow_kg_per_s + flow.slope_1_kg_per_s_pa * beyond_pa;
+                (mass, flow.slope_2_kg_per_s_pa)
+            }
+            Port::Tube(passed) => (passed.exhausted_kg_per_s, R::ZERO),
         };
         let a = through(areas.exhaust_a_m2, ports[0]);
         let b = through(areas.exhaust_b_m2, ports[1]);
@@ -405,21 +403,33 @@ impl<R: Real> Pneumatics<R> {
     /// Flow through the valve's two paths into a volume with this gas.
     #[inline]
     fn port_flow(&self, paths: &PortPaths<R>, gas: GasState<R>) -> ChamberFlow<R> {
-        let filling = self.law.flow(paths.supply_area_m2, paths.supply, gas);
-        let emptying = self.law.flow(paths.exhaust_area_m2, gas, paths.exhaust);
+        let flows = self.path_flows(paths, gas);
         ChamberFlow::NONE
             .with(
-                filling.mass_flow_kg_per_s,
-                filling.slope_2_kg_per_s_pa,
+                flows.supplied_kg_per_s,
+                flows.supply_slope,
                 paths.supply.temperature_k,
                 gas.temperature_k,
             )
             .with(
-                -emptying.mass_flow_kg_per_s,
-                -emptying.slope_1_kg_per_s_pa,
+                -flows.exhausted_kg_per_s,
+                -flows.exhaust_slope,
                 paths.exhaust.temperature_k,
                 gas.temperature_k,
             )
+    }
+
+    /// The same path by path.
+    #[inline]
+    fn path_flows(&self, paths: &PortPaths<R>, gas: GasState<R>) -> PortFlow<R> {
+        let filling = self.law.flow(paths.supply_area_m2, paths.supply, gas);
+        let emptying = self.law.flow(paths.exhaust_area_m2, gas, paths.exhaust);
+        PortFlow {
+            supplied_kg_per_s: filling.mass_flow_kg_per_s,
+            exhausted_kg_per_s: emptying.mass_flow_kg_per_s,
+            supply_slope: filling.slope_2_kg_per_s_pa,
+            exhaust_slope: emptying.slope_1_kg_per_s_pa,
+        }
     }
 }
 

@@ -9,9 +9,7 @@ use model_core::controller::Controller;
 use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
-    ChamberLeakage, EndCushion, ExhaustBackPressure, FrictionTerms, PistonLeakage, SlewLimit,
-    SpoolDynamics, SupplyDroop, TubeLine, ValveDelay, ValveHysteresis, VariableHeatTransfer,
-    WallTemperature,
+    ChamberLeakage, FrictionTerms, SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
 };
 use model_core::valve::{AreaTable, FlowLaw, GasState, TABLE_CAPACITY, Valve};
 
@@ -110,6 +108,7 @@ impl Settings {
             laminar_kg_per_s_pa2: chamber.leak_laminar_kg_per_s_pa2,
             orifice_area_m2: chamber.leak_orifice_m2,
         };
+        let effects = &self.pneumatic_effects;
         Pneumatics {
             gas: self.gas(),
             law: self.flow_law(),
@@ -118,14 +117,14 @@ impl Settings {
             chamber_b: self.chamber(&self.chamber_b, -1.0),
             leak_a: leak(&self.chamber_a),
             leak_b: leak(&self.chamber_b),
-            piston_leak: PistonLeakage::NEUTRAL,
+            piston_leak: effects.piston_leak(),
             tube: TubeLine {
                 length_m: self.tube.length_m,
                 diameter_m: self.tube.diameter_m,
             },
-            supply_droop: SupplyDroop::neutral(),
-            back_pressure: ExhaustBackPressure::neutral(),
-            cushion: EndCushion::neutral(),
+            supply_droop: effects.supply_droop(),
+            back_pressure: effects.back_pressure(),
+            cushion: effects.cushion(),
         }
     }
 
@@ -146,8 +145,8 @@ impl Settings {
             heat_transfer_discharging_w_per_m2_k: shared.heat_transfer_discharging_w_per_m2_k,
             wall_conductance_w_per_k: chamber.wall_conductance_w_per_k,
             wall_temperature_k: self.ambient.temperature_k,
-            wall: WallTemperature::NEUTRAL,
-            heat_variation: VariableHeatTransfer::NEUTRAL,
+            wall: self.pneumatic_effects.wall(),
+            heat_variation: self.pneumatic_effects.heat_variation(),
         }
     }
 
@@ -163,7 +162,7 @@ impl Settings {
                 damping_n_s_per_m: self.friction.bristle_damping_n_s_per_m,
                 stribeck_velocity_m_per_s: self.friction.stribeck_velocity_m_per_s,
             },
-            effects: None,
+            effects: self.mechanical_effects.if_any(),
         }
     }
 

@@ -157,7 +157,7 @@ impl Settings {
     pub fn visit(&self, visitor: &mut impl FnMut(Field)) {
         let Self {
             gas, ambient, valve, command_path, chambers, chamber_a, chamber_b, tube, carriage,
-            friction, friction_terms, controller,
+            friction, friction_terms, pneumatic_effects, mechanical_effects, controller,
         } = self;
         for one in [
             field("gas.heat_capacity_ratio", gas.heat_capacity_ratio, 1.01, 2.0),
@@ -216,6 +216,8 @@ impl Settings {
         ] {
             visitor(one);
         }
+        pneumatic_effects.fields().into_iter().for_each(&mut *visitor);
+        mechanical_effects.fields().into_iter().for_each(&mut *visitor);
         controller.fields().into_iter().for_each(&mut *visitor);
     }
 
@@ -269,7 +271,8 @@ impl Settings {
                 "takes away more than the declared viscous friction",
             );
         }
-        Ok(())
+        self.mechanical_effects
+            .check_with(&self.carriage, declared, terms)
     }
 }
 

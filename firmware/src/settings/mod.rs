@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `parameters` | [`Settings`], plain numbers, each said once |
 //! | `gains` | [`Gains`], the controller's section: numbers, ranges, both ways |
+//! | `effects` | [`PneumaticEffects`], [`MechanicalEffects`]: left-out physics, as `gains` |
 //! | `check` | the judgement, by name and range: [`SettingsFault`] |
 //! | `build` | [`Settings::try_build`]: to the controller, off the control path |
 //! | [`record`] | bytes with version, length and CRC |
@@ -16,6 +17,7 @@
 
 mod build;
 mod check;
+mod effects;
 mod gains;
 mod parameters;
 pub mod record;
@@ -23,6 +25,7 @@ pub mod slots;
 pub mod transfer;
 
 pub use check::{Field, SettingsFault};
+pub use effects::{MechanicalEffects, PneumaticEffects};
 pub use gains::Gains;
 pub use parameters::{
     Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gas,

@@ -1,5 +1,6 @@
 //! The rig's parameters as plain numbers, each said once.
 
+use super::effects::{MechanicalEffects, PneumaticEffects};
 use super::gains::Gains;
 use heapless::Vec;
 use model_core::paper;
@@ -34,6 +35,10 @@ pub struct Settings {
     pub friction: Friction,
     /// What adds to the declared friction.
     pub friction_terms: FrictionTerms,
+    /// Left-out physics of the gas.
+    pub pneumatic_effects: PneumaticEffects,
+    /// Left-out physics of the carriage.
+    pub mechanical_effects: MechanicalEffects,
     /// Bandwidths and limits of the controller.
     pub controller: Gains,
 }
@@ -283,6 +288,8 @@ impl Settings {
                 per_pressure_difference_n_per_pa: 0.0,
                 constant_force_n: 0.0,
             },
+            pneumatic_effects: PneumaticEffects::neutral(),
+            mechanical_effects: MechanicalEffects::neutral(),
             controller: Gains::default(),
         }
     }

@@ -53,6 +53,7 @@ pub(super) fn random_settings(seed: u32) -> Settings {
     ] {
         *gain *= 0.9 + 0.2 * random.share();
     }
+    vary_effects(&mut settings, &mut random);
     if seed % 3 == 1 {
         settings.chambers.thermal = Thermal::Polytropic {
             expansion_index: 1.0 + random.share() / 4.0,
@@ -61,6 +62,39 @@ pub(super) fn random_settings(seed: u32) -> Settings {
         };
     }
     settings
+}
+
+/// About half of the left-out physics, in strengths that are seen.
+fn vary_effects(settings: &mut Settings, random: &mut Random) {
+    let gas = &mut settings.pneumatic_effects;
+    let motion = &mut settings.mechanical_effects;
+    (motion.buffer_low_m, motion.buffer_high_m) = (-0.24, 0.24);
+    for (number, usual) in [
+        (&mut gas.piston_leak_laminar_kg_per_s_pa2, 3e-16),
+        (&mut gas.piston_leak_orifice_m2, 1e-7),
+        (&mut gas.tank_volume_m3, 2e-3),
+        (&mut gas.silencer_area_m2, 2e-5),
+        (&mut gas.cushion_length_m, 0.02),
+        (&mut gas.heat_density_exponent, 0.7),
+        (&mut gas.heat_flow_w_per_m2_k, 40.0),
+        (&mut gas.wall_offset_k, 8.0),
+        (&mut gas.wall_heat_capacity_j_per_k, 2e3),
+        (&mut gas.wall_outer_w_per_k, 0.5),
+        (&mut motion.position_sine, 0.2),
+        (&mut motion.position_slope_per_m, -0.5),
+        (&mut motion.direction_asymmetry, 0.1),
+        (&mut motion.dwell_rise_n, 15.0),
+        (&mut motion.load_mass_kg, 0.8),
+        (&mut motion.load_stiffness_n_per_m, 2e5),
+        (&mut motion.load_gap_m, 1e-4),
+        (&mut motion.buffer_stiffness_n_per_m, 1e5),
+        (&mut motion.buffer_damping_n_s_per_m, 100.0),
+    ] {
+        let share = random.share();
+        if share > 0.5 {
+            *number = usual * share;
+        }
+    }
 }
 
 /// Settings with as many points as there may be.
@@ -121,7 +155,7 @@ fn prop_new_settings_end_a_fault_of_settings_and_no_other_that_stands() {
 fn prop_every_number_is_judged_by_its_name() {
     let mut count = 0;
     Settings::built_in().visit(&mut |_| count += 1);
-    assert!(count > 66, "{count}");
+    assert!(count > 96, "{count}");
     let build = |change: &dyn Fn(&mut Settings)| {
         let mut settings = Settings::built_in();
         change(&mut settings);
@@ -174,6 +208,26 @@ fn prop_every_number_is_judged_by_its_name() {
     );
     assert_eq!(field(&|one| one.command_path.delay_s = 0.061), None);
     assert_eq!(
+        field(&|one| one.mechanical_effects.load_mass_kg = 1.95),
+        Some("mechanical_effects.load_mass_kg"),
+        "more than its share of the moving mass"
+    );
+    assert_eq!(
+        field(&|one| one.mechanical_effects.dwell_rise_n = -1e3),
+        Some("mechanical_effects.dwell_rise_n")
+    );
+    assert_eq!(
+        field(&|one| {
+            one.mechanical_effects.buffer_stiffness_n_per_m = 1e5;
+            one.mechanical_effects.buffer_low_m = 0.01;
+        }),
+        Some("mechanical_effects.buffer_low_m")
+    );
+    assert_eq!(
+        field(&|one| one.pneumatic_effects.tank_volume_m3 = -1e-3),
+        Some("pneumatic_effects.tank_volume_m3")
+    );
+    assert_eq!(
         field(&|one| one.controller.position_per_s = 0.0),
         Some("controller.position_per_s")
     );
@@ -210,6 +264,69 @@ fn prop_what_passes_the_judgement_never_steps_to_infinity() {
             );
         }
         assert!(state.is_finite(), "{seed}");
+    }
+}
+
+#[test]
+fn prop_effects_at_the_ends_of_their_ranges_never_step_to_infinity() {
+    use model_core::axis::{AxisInputs, AxisState};
+    type Change = fn(&mut Settings);
+    let changes: [Change; 14] = [
+        |one| one.pneumatic_effects.piston_leak_laminar_kg_per_s_pa2 = 1e-9,
+        |one| one.pneumatic_effects.piston_leak_orifice_m2 = 1e-3,
+        |one| one.pneumatic_effects.tank_volume_m3 = 1e-12,
+        |one| one.pneumatic_effects.silencer_area_m2 = 1e-9,
+        |one| {
+            one.pneumatic_effects.silencer_area_m2 = 0.1;
+            one.pneumatic_effects.silencer_volume_m3 = 0.0;
+        },
+        |one| {
+            one.pneumatic_effects.cushion_length_m = 2.0;
+            one.pneumatic_effects.cushion_needle_m2 = 1e-9;
+        },
+        |one| one.pneumatic_effects.heat_density_exponent = 4.0,
+        |one| {
+            one.pneumatic_effects.wall_heat_capacity_j_per_k = 1e-3;
+            one.pneumatic_effects.wall_outer_w_per_k = 1e6;
+            one.pneumatic_effects.wall_offset_k = -100.0;
+        },
+        |one| one.mechanical_effects.position_curvature_per_m2 = 1e4,
+        |one| {
+            one.mechanical_effects.position_cosine = -10.0;
+            one.mechanical_effects.position_wavelength_m = 1e-3;
+        },
+        |one| one.mechanical_effects.direction_asymmetry = -0.95,
+        |one| {
+            one.mechanical_effects.dwell_rise_n = 1e5;
+            one.mechanical_effects.dwell_time_constant_s = 1e-3;
+        },
+        |one| {
+            one.mechanical_effects.load_mass_kg = 0.95 * one.carriage.mass_kg;
+            one.mechanical_effects.load_stiffness_n_per_m = 1e10;
+            one.mechanical_effects.load_damping_n_s_per_m = 1e7;
+            one.mechanical_effects.load_gap_m = 0.1;
+        },
+        |one| {
+            one.mechanical_effects.buffer_stiffness_n_per_m = 1e10;
+            one.mechanical_effects.buffer_damping_n_s_per_m = 1e7;
+        },
+    ];
+    for (number, change) in changes.into_iter().enumerate() {
+        for tube_m in [0.0, 0.5] {
+            let mut settings = Settings::built_in();
+            settings.tube.length_m = tube_m;
+            change(&mut settings);
+            let axis = settings.axis(DT_S).expect("it is possible");
+            let mut state = AxisState::at_rest(0.1, 5e5, 5e5, 293.15, 5.0);
+            for tick in 0..1000 {
+                let inputs = AxisInputs {
+                    command_v: if tick % 50 < 25 { 0.0 } else { 10.0 },
+                    supply_pressure_pa: 7e5,
+                };
+                axis.step(&mut state, &inputs);
+            }
+            assert!(state.is_finite(), "change {number}: {state:?}");
+        }
     }
 }
 
@@ -546,8 +663,9 @@ fn prop_a_refused_transfer_leaves_all_as_it_was() {
     damaged[30] ^= 4;
     let mut board = Board::new();
     board.serve(&transfer::begin(&content));
-    board.serve(&transfer::chunk(&damaged, 0).expect("it is there"));
-    board.serve(&transfer::chunk(&damaged, LONGEST_CHUNK).expect("it is there"));
+    for offset in (0..damaged.len()).step_by(LONGEST_CHUNK) {
+        board.serve(&transfer::chunk(&damaged, offset).expect("it is there"));
+    }
     assert_eq!(board.serve(&commit).0, Verdict::WrongCrc);
     assert!(is_untouched(board));
 }

@@ -9,6 +9,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use firmware::settings::Gains;
+use model_core::valve::TABLE_CAPACITY;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -620,6 +621,7 @@ impl<'t> Reader<'t> {
                 let expected = format!("{openings}, as valve.opening_V has");
                 return Err(self.at(table.key(), problem, &expected));
             }
+            self.check_areas(table, valve)?;
         }
         if valve.laminar_pressure_ratio <= valve.critical_pressure_ratio {
             let problem = format!("{} is out of range", valve.laminar_pressure_ratio);
@@ -633,13 +635,37 @@ impl<'t> Reader<'t> {
     }
 
     fn check_opening(&self, valve: &Valve) -> Result<(), RigError> {
+        let key = "valve.opening_V";
+        let points = valve.opening_v.len();
+        if points > TABLE_CAPACITY {
+            let expected = format!(
+                "{TABLE_CAPACITY} at most: thin the table, leaving out points that lie nearly \
+                 on a line between their neighbours, in the areas too"
+            );
+            return Err(self.at(key, format!("has {points} points"), &expected));
+        }
+        if let Some(first) = valve.opening_v.first().filter(|first| **first > 0.0) {
+            let problem = format!("point 0 is {first}");
+            let expected = "0: the first point is the leakage of the closed path";
+            return Err(self.at(key, problem, expected));
+        }
         for (place, pair) in valve.opening_v.windows(2).enumerate() {
             if pair[1] > pair[0] {
                 continue;
             }
-            let key = "valve.opening_V";
             let problem = format!("point {} is {} after {}", place + 1, pair[1], pair[0]);
             return Err(self.at(key, problem, "strictly increasing openings"));
+        }
+        Ok(())
+    }
+
+    fn check_areas(&self, table: ValveTable, valve: &Valve) -> Result<(), RigError> {
+        for (place, pair) in table.points(valve).windows(2).enumerate() {
+            if pair[1] >= pair[0] {
+                continue;
+            }
+            let problem = format!("point {} is {} after {}", place + 1, pair[1], pair[0]);
+            return Err(self.at(table.key(), problem, "areas that never fall"));
         }
         Ok(())
     }

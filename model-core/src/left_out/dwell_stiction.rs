@@ -78,7 +78,6 @@ impl<R: Real> DwellStiction<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paper;
 
     const STICTION: DwellStiction<f64> = DwellStiction {
         rise_n: 30.0,

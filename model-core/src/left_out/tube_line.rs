@@ -17,9 +17,15 @@
 //! several times the noise of a pressure sensor, and the dead volumes take half
 //! of the tube's. Range 0.1-3 m of 3-8 mm. Confused with valve area, dead zone
 //! and dead volume (84-92 % of it is absorbed by them), with delay and spool
-//! lag; bursts at two piston positions separate them. Implicit in all pressures
-//! and flows at once, in quarters of a step: stable at every length and step,
-//! and at 1 kHz its waves lose little by the scheme.
+//! lag; bursts at two piston positions separate them.
+//!
+//! Implicit in all pressures and flows at once, in quarters of a step: stable at
+//! every length and step, and at 1 kHz its waves lose little by the scheme. Seen
+//! from the valve the line is then a straight relation of the pressure at the port
+//! to the flow into it, which the valve's law is met with by a tangent and a
+//! secant: an open valve fills or empties the first cell within a quarter, so that
+//! a law held at the pressure of the step's beginning would pass several times
+//! what the valve can.
 
 use crate::gas::Gas;
 use crate::real::Real;
@@ -36,6 +42,9 @@ const CELLS: usize = 4;
 const LENGTH_CELLS: f64 = CELLS as f64 - 0.5;
 /// Parts of a step.
 const PARTS: usize = 4;
+/// Below this share of the port's pressure a tangent is as good as a secant, and
+/// the secant is rounding.
+const SECANT_SHARE: f64 = 1e-4;
 
 /// One tube; a length of 0 is neutral.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,14 +121,14 @@ impl<R: Real> TubeLine<R> {
         self.length_m > R::ZERO
     }
 
-    /// One step; returns what passed. `valve` is the flow into the first cell and
-    /// its slope by that cell's pressure, at the cell's present pressure.
+    /// One step; returns what passed. `valve` is the flow through the valve at a
+    /// pressure of the port.
     pub fn step(
         &self,
         state: &mut TubeState<R>,
         gas: &Gas<R>,
         temperature_k: R,
-        valve: (R, R),
+        valve: impl Fn(R) -> PortFlow<R>,
         chamber: &TubeEnd<R>,
         dt_s: R,
     ) -> Passed<R> {
@@ -128,41 +137,79 @@ impl<R: Real> TubeLine<R> {
         let specific = gas.gas_constant_j_per_kg_k * temperature_k;
         let cell_m = self.length_m * R::from_f64(1.0 / LENGTH_CELLS);
         let part = R::from_f64(1.0 / PARTS as f64);
+        let part_s = dt_s * part;
         let line = Line {
             area_m2,
             specific,
             cell_m,
             diameter_m: self.diameter_m,
-            pa_per_flow: dt_s * part * specific / (area_m2 * cell_m),
-            inertia: cell_m / (area_m2 * dt_s * part),
+            pa_per_flow: part_s * specific / (area_m2 * cell_m),
+            inertia: cell_m / (area_m2 * part_s),
         };
-        let (flow, slope) = valve;
-        let at_pa = state.port_pa();
         let mut end = *chamber;
         let mut passed = Passed {
             into_chamber_kg_per_s: R::ZERO,
-            port_rise_pa: R::ZERO,
+            supplied_kg_per_s: R::ZERO,
+            exhausted_kg_per_s: R::ZERO,
         };
         for _ in 0..PARTS {
-            let valve_now = (flow + slope * (state.port_pa() - at_pa), slope);
-            line.step(state, valve_now, &end, dt_s * part);
+            let (supplied, exhausted) = line.step(state, &valve, &end, part_s);
             let out = state.mass_flows_kg_per_s[CELLS - 1];
-            end.pressure_pa += dt_s * part * end.pa_per_kg * out;
+            end.pressure_pa += part_s * end.pa_per_kg * out;
             passed.into_chamber_kg_per_s += part * out;
-            passed.port_rise_pa += part * (state.port_pa() - at_pa);
+            passed.supplied_kg_per_s += part * supplied;
+            passed.exhausted_kg_per_s += part * exhausted;
         }
         passed
     }
 }
 
-/// What a step of a tube comes to.
+/// Flow through the valve at one pressure of its port.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PortFlow<R> {
+    /// In from the supply, kg/s.
+    pub supplied_kg_per_s: R,
+    /// Out to the exhaust, kg/s.
+    pub exhausted_kg_per_s: R,
+    /// Slope of the first by the port's pressure, kg/(s Pa); never positive.
+    pub supply_slope: R,
+    /// Slope of the second; never negative.
+    pub exhaust_slope: R,
+}
+
+impl<R: Real> PortFlow<R> {
+    fn net(&self) -> R {
+        self.supplied_kg_per_s - self.exhausted_kg_per_s
+    }
+
+    fn net_slope(&self) -> R {
+        self.supply_slope - self.exhaust_slope
+    }
+
+    /// The same flow with the slopes to that at a pressure `apart_pa` from it; near
+    /// by they are the slopes there.
+    fn toward(self, other: &Self, apart_pa: R, pressure_pa: R) -> Self {
+        if apart_pa.abs() <= pressure_pa.abs() * R::from_f64(SECANT_SHARE) {
+            return self;
+        }
+        let slope = |from: R, to: R| (to - from) / apart_pa;
+        Self {
+            supply_slope: slope(self.supplied_kg_per_s, other.supplied_kg_per_s),
+            exhaust_slope: slope(self.exhausted_kg_per_s, other.exhausted_kg_per_s),
+            ..self
+        }
+    }
+}
+
+/// What a step of a tube comes to, each in the mean over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passed<R> {
-    /// Mean flow into the chamber, kg/s.
+    /// Flow into the chamber, kg/s.
     pub into_chamber_kg_per_s: R,
-    /// How far the pressure at the valve has stood above that at the step's
-    /// beginning, in the mean, Pa: what the valve's flow has been depends on it.
-    pub port_rise_pa: R,
+    /// Flow from the supply into the tube, kg/s.
+    pub supplied_kg_per_s: R,
+    /// Flow from the tube to the exhaust, kg/s.
+    pub exhausted_kg_per_s: R,
 }
 
 /// A tube made ready for steps of one length.
@@ -177,54 +224,84 @@ struct Line<R> {
     inertia: R,
 }
 
+/// A quantity as `at_rest + per * other`.
+#[derive(Clone, Copy)]
+struct Straight<R> {
+    at_rest: R,
+    per: R,
+}
+
+impl<R: Real> Straight<R> {
+    const NONE: Self = Self {
+        at_rest: R::ZERO,
+        per: R::ZERO,
+    };
+
+    fn at(&self, other: R) -> R {
+        self.at_rest + self.per * other
+    }
+}
+
 impl<R: Real> Line<R> {
-    /// Every pressure at the end of the step is expressed by the flows; what is
-    /// left is a tridiagonal system of the flows, solved by elimination.
-    fn step(&self, state: &mut TubeState<R>, valve: (R, R), end: &TubeEnd<R>, dt_s: R) {
-        let rise = self.pa_per_flow;
-        let (valve_flow, valve_slope) = valve;
-        // p+ of the first cell = free - drop m+.
-        let first_rise = rise + rise;
-        let softened = R::ONE - first_rise * valve_slope;
-        let free_pa = state.pressures_pa[0] + first_rise * valve_flow / softened;
-        let drop = first_rise / softened;
-        let mut ratio = [R::ZERO; CELLS];
-        let mut right = [R::ZERO; CELLS];
-        let (mut ratio_before, mut right_before) = (R::ZERO, R::ZERO);
-        for cell in 0..CELLS {
-            let from_pa = if cell == 0 {
-                free_pa
-            } else {
-                state.pressures_pa[cell]
-            };
-            let behind = if cell == 0 { drop } else { rise };
-            let last = cell + 1 == CELLS;
-            let (to_pa, ahead, held) = if last {
-                let held = end.resistance_pa_s_per_kg;
-                (end.pressure_pa, dt_s * end.pa_per_kg, held)
-            } else {
-                (state.pressures_pa[cell + 1], rise, R::ZERO)
-            };
-            let flow = state.mass_flows_kg_per_s[cell];
-            let lengths = R::from_f64(if last { 0.5 } else { 1.0 });
-            let inertia = lengths * self.inertia;
-            let friction = lengths * self.friction(flow, state.pressures_pa[cell]) + held;
-            let lower = if cell == 0 { R::ZERO } else { rise };
-            let pivot = inertia + friction + behind + ahead - lower * ratio_before;
-            let given = inertia * flow + from_pa - to_pa + lower * right_before;
-            ratio[cell] = if last { R::ZERO } else { ahead / pivot };
-            right[cell] = given / pivot;
-            (ratio_before, right_before) = (ratio[cell], right[cell]);
-        }
-        let mut ahead = R::ZERO;
+    /// One step; returns what came from the supply and went to the exhaust, kg/s.
+    /// From the chamber towards the valve every flow is expressed by the rise of
+    /// the pressure behind it, that rise by the flow before it; the valve closes
+    /// the chain, and on the way back everything is known.
+    fn step(
+        &self,
+        state: &mut TubeState<R>,
+        valve: impl Fn(R) -> PortFlow<R>,
+        end: &TubeEnd<R>,
+        dt_s: R,
+    ) -> (R, R) {
+        // Rise of the pressure ahead over the step, by the flow towards it.
+        let mut rise_ahead = Straight {
+            at_rest: R::ZERO,
+            per: dt_s * end.pa_per_kg + end.resistance_pa_s_per_kg,
+        };
+        let mut ahead_pa = end.pressure_pa;
+        let mut flows = [Straight::NONE; CELLS];
         for cell in (0..CELLS).rev() {
-            ahead = right[cell] + ratio[cell] * ahead;
-            state.mass_flows_kg_per_s[cell] = ahead;
+            let flow = state.mass_flows_kg_per_s[cell];
+            let pressure_pa = state.pressures_pa[cell];
+            let lengths = R::from_f64(if cell + 1 == CELLS { 0.5 } else { 1.0 });
+            let inertia = lengths * self.inertia;
+            let friction = lengths * self.friction(flow, pressure_pa);
+            let per = R::ONE / (inertia + friction + rise_ahead.per);
+            let driving_pa = pressure_pa - ahead_pa - rise_ahead.at_rest;
+            let onward = Straight {
+                at_rest: (inertia * flow + driving_pa) * per,
+                per,
+            };
+            let rise = self.rise(cell);
+            let per = rise / (R::ONE + rise * onward.per);
+            rise_ahead = Straight {
+                at_rest: -per * onward.at_rest,
+                per,
+            };
+            ahead_pa = pressure_pa;
+            flows[cell] = onward;
         }
-        state.pressures_pa[0] = free_pa - drop * state.mass_flows_kg_per_s[0];
-        for cell in 1..CELLS {
-            let net = state.mass_flows_kg_per_s[cell - 1] - state.mass_flows_kg_per_s[cell];
-            state.pressures_pa[cell] += rise * net;
+        let (supplied, exhausted) = meet(valve, ahead_pa, &rise_ahead);
+        let mut into = supplied - exhausted;
+        for (cell, onward) in flows.iter().enumerate() {
+            // The rise by the flow in and out is the one of the elimination.
+            let rise = self.rise(cell);
+            let risen_pa = rise * (into - onward.at_rest) / (R::ONE + rise * onward.per);
+            let out = onward.at(risen_pa);
+            state.pressures_pa[cell] += rise * (into - out);
+            state.mass_flows_kg_per_s[cell] = out;
+            into = out;
+        }
+        (supplied, exhausted)
+    }
+
+    /// Rise of a cell's pressure over the step per flow into it, Pa s/kg.
+    fn rise(&self, cell: usize) -> R {
+        if cell == 0 {
+            self.pa_per_flow + self.pa_per_flow
+        } else {
+            self.pa_per_flow
         }
     }
 
@@ -241,9 +318,27 @@ impl<R: Real> Line<R> {
     }
 }
 
+/// Where the valve's law meets the line's `rise` of the port's pressure by the
+/// flow into it: flow from the supply and to the exhaust. The law falls with that
+/// pressure, so there is one such place; a tangent of it finds a place near by, a
+/// secant to there keeps within what the valve passes between the two.
+fn meet<R: Real>(valve: impl Fn(R) -> PortFlow<R>, port_pa: R, rise: &Straight<R>) -> (R, R) {
+    let solve = |law: &PortFlow<R>| rise.at(law.net()) / (R::ONE - rise.per * law.net_slope());
+    let first = valve(port_pa);
+    let tangent_pa = solve(&first);
+    let secant = first.toward(&valve(port_pa + tangent_pa), tangent_pa, port_pa);
+    let risen_pa = solve(&secant);
+    (
+        secant.supplied_kg_per_s + secant.supply_slope * risen_pa,
+        secant.exhausted_kg_per_s + secant.exhaust_slope * risen_pa,
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const AMBIENT_K: f64 = 293.15;
 
     fn end<R: Real>(pressure_pa: R, pa_per_kg: R) -> TubeEnd<R> {
         TubeEnd {
@@ -253,25 +348,56 @@ mod tests {
         }
     }
 
+    /// A flow that no pressure changes.
+    fn given<R: Real>(flow_kg_per_s: R) -> impl Fn(R) -> PortFlow<R> {
+        move |_| PortFlow {
+            supplied_kg_per_s: flow_kg_per_s,
+            exhausted_kg_per_s: R::ZERO,
+            supply_slope: R::ZERO,
+            exhaust_slope: R::ZERO,
+        }
+    }
+
+    /// A valve that follows the pressure before it by a square root, with a straight
+    /// piece of 1 kPa about nought.
+    fn open_to(supply_pa: f64, size: f64) -> impl Fn(f64) -> PortFlow<f64> {
+        const STRAIGHT_PA: f64 = 1e3;
+        move |port_pa| {
+            let apart = supply_pa - port_pa;
+            let (supplied, slope) = if apart.abs() < STRAIGHT_PA {
+                (apart / STRAIGHT_PA.sqrt(), 1.0 / STRAIGHT_PA.sqrt())
+            } else {
+                let root = apart.abs().sqrt();
+                (root * apart.signum(), 0.5 / root)
+            };
+            PortFlow {
+                supplied_kg_per_s: size * supplied,
+                exhausted_kg_per_s: 0.0,
+                supply_slope: -size * slope,
+                exhaust_slope: 0.0,
+            }
+        }
+    }
+
+    fn tube(length_m: f64) -> TubeLine<f64> {
+        TubeLine {
+            length_m,
+            diameter_m: 0.004,
+        }
+    }
+
+    fn gas() -> Gas<f64> {
+        Gas::new(1.4, 287.0)
+    }
+
     #[test]
     fn val_steady_pressure_drop_of_one_metre_of_4_mm_tube() {
         // Dossier P1: 61 kPa/m at 5 g/s, 3.7 kPa/m at 1 g/s (4 mm, about 6 bar).
-        let gas = Gas::new(1.4, 287.0);
-        let tube = TubeLine {
-            length_m: 1.0,
-            diameter_m: 0.004,
-        };
         for (flow, expected) in [(1e-3, 3.7e3), (5e-3, 61e3)] {
             let mut state = TubeState::at_rest(6e5);
             for _ in 0..5000 {
-                tube.step(
-                    &mut state,
-                    &gas,
-                    293.15,
-                    (flow, 0.0),
-                    &end(5.25e5, 0.0),
-                    1e-3,
-                );
+                let end = end(5.25e5, 0.0);
+                tube(1.0).step(&mut state, &gas(), AMBIENT_K, given(flow), &end, 1e-3);
             }
             let drop = state.port_pa() - 5.25e5;
             assert!((state.mass_flows_kg_per_s[CELLS - 1] - flow).abs() < 1e-8);
@@ -280,6 +406,150 @@ mod tests {
                 "{drop} at {flow}"
             );
         }
+    }
+
+    #[test]
+    fn val_steady_laminar_flow_has_the_difference_of_the_squares() {
+        // Poiseuille, isothermal: p1^2 - p2^2 = 64 mu L R T m / (D^2 A).
+        let flow = 5e-5;
+        let narrow = TubeLine {
+            length_m: 3.0,
+            diameter_m: 0.003,
+        };
+        let mut state = TubeState::at_rest(1e5);
+        let mut passed = None;
+        for _ in 0..20_000 {
+            let end = end(1e5, 0.0);
+            passed = Some(narrow.step(&mut state, &gas(), AMBIENT_K, given(flow), &end, 1e-3));
+        }
+        let passed = passed.expect("it has stepped");
+        assert!((passed.into_chamber_kg_per_s / flow - 1.0).abs() < 1e-9);
+        let area_m2 = core::f64::consts::FRAC_PI_4 * 9e-6;
+        let squares = 64.0 * VISCOSITY_PA_S * 3.0 * 287.0 * AMBIENT_K * flow / (9e-6 * area_m2);
+        let expected = (1e10 + squares).sqrt() - 1e5;
+        let drop = state.port_pa() - 1e5;
+        assert!((drop / expected - 1.0).abs() < 0.01, "{drop} {expected}");
+    }
+
+    /// Seconds between the rises of a closed end's pressure through its final value.
+    fn period_s(dt_s: f64) -> f64 {
+        // 2 m of a tube so wide that friction hardly damps, its port held at a
+        // pressure, its far end shut: the pressure there swings at c_T / (4 L).
+        let wide = TubeLine {
+            length_m: 2.0,
+            diameter_m: 0.02,
+        };
+        let held = |port_pa: f64| PortFlow {
+            supplied_kg_per_s: 1.0 * (5.01e5 - port_pa),
+            exhausted_kg_per_s: 0.0,
+            supply_slope: -1.0,
+            exhaust_slope: 0.0,
+        };
+        let shut = TubeEnd {
+            resistance_pa_s_per_kg: 1e15,
+            ..end(5e5, 0.0)
+        };
+        let mut state = TubeState::at_rest(5e5);
+        let (mut rises_s, mut before) = ([0.0; 3], -1.0);
+        let (mut count, mut time_s) = (0, 0.0);
+        while count < 3 {
+            wide.step(&mut state, &gas(), AMBIENT_K, held, &shut, dt_s);
+            time_s += dt_s;
+            let now = state.far_pa() - 5.01e5;
+            if before < 0.0 && now >= 0.0 {
+                rises_s[count] = time_s - dt_s * now / (now - before);
+                count += 1;
+            }
+            before = now;
+        }
+        0.5 * (rises_s[2] - rises_s[0])
+    }
+
+    #[test]
+    fn val_a_shut_line_swings_as_a_quarter_wave() {
+        let sound_m_per_s = (287.0 * AMBIENT_K).sqrt();
+        let expected_s = 4.0 * 2.0 / sound_m_per_s;
+        for dt_s in [1e-3, 1e-4] {
+            let ratio = period_s(dt_s) / expected_s;
+            assert!((ratio - 1.0).abs() < 0.02, "{ratio} at {dt_s}");
+        }
+    }
+
+    #[test]
+    fn prop_what_enters_is_in_the_tube_or_the_chamber() {
+        for length_m in [0.05, 0.5, 3.0] {
+            let tube = tube(length_m);
+            let mut state = TubeState::at_rest(3e5);
+            let inventory = |state: &TubeState<f64>| {
+                let area_m2 = core::f64::consts::FRAC_PI_4 * 1.6e-5;
+                state.mean_pa() * area_m2 * length_m / (287.0 * AMBIENT_K)
+            };
+            let begin_kg = inventory(&state);
+            let (mut in_kg, mut out_kg) = (0.0, 0.0);
+            for step in 0..400 {
+                let supply_pa = if (step / 40) % 2 == 0 { 7e5 } else { 1e5 };
+                let valve = open_to(supply_pa, 3e-5);
+                let end = end(4e5, 1e9);
+                let passed = tube.step(&mut state, &gas(), AMBIENT_K, valve, &end, 1e-3);
+                in_kg += 1e-3 * (passed.supplied_kg_per_s - passed.exhausted_kg_per_s);
+                out_kg += 1e-3 * passed.into_chamber_kg_per_s;
+            }
+            let missing = begin_kg + in_kg - out_kg - inventory(&state);
+            assert!(missing.abs() < 1e-12 * begin_kg, "{missing} of {begin_kg}");
+        }
+    }
+
+    #[test]
+    fn prop_a_valve_passes_no_more_than_its_law_between_the_pressures() {
+        // From empty to open within one step, in tubes of every size: never more
+        // than at the lowest port pressure, never beyond the supply by much.
+        for length_m in [0.02, 0.3, 3.0] {
+            for diameter_m in [0.003, 0.008] {
+                let tube = TubeLine {
+                    length_m,
+                    diameter_m,
+                };
+                let mut state = TubeState::at_rest(1e5);
+                let most = 3e-5 * 6e5_f64.sqrt();
+                for _ in 0..5 {
+                    let end = end(1e5, 1e8);
+                    let valve = open_to(7e5, 3e-5);
+                    let passed = tube.step(&mut state, &gas(), AMBIENT_K, valve, &end, 1e-3);
+                    let flow = passed.supplied_kg_per_s;
+                    assert!(flow < 1.02 * most, "{flow} of {most}, {length_m} m");
+                    assert!(state.port_pa() < 7.05e5, "{}", state.port_pa());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn val_finer_steps_come_to_the_same_end_in_first_order() {
+        // A pulse through the valve into a chamber: pressures after 100 ms.
+        let after = |per_ms: u32| {
+            let dt_s = 1e-3 / f64::from(per_ms);
+            let mut state = TubeState::at_rest(3e5);
+            let (mut chamber_pa, per_kg) = (3e5, 1.4 * 287.0 * AMBIENT_K / 1e-4);
+            for step in 0..100 * per_ms {
+                let time_s = f64::from(step) * dt_s;
+                let size = 3e-6 * libm::sin(30.0 * time_s);
+                let end = end(chamber_pa, per_kg);
+                let valve = open_to(7e5, size);
+                let passed = tube(1.0).step(&mut state, &gas(), AMBIENT_K, valve, &end, dt_s);
+                chamber_pa += per_kg * passed.into_chamber_kg_per_s * dt_s;
+            }
+            [chamber_pa, state.port_pa(), state.far_pa()]
+        };
+        let ends = [1, 2, 4, 8, 64].map(after);
+        for (signal, exact) in ends[4].iter().enumerate() {
+            let errors = [0, 3].map(|i: usize| (ends[i][signal] - exact).abs());
+            assert!(errors[1] < 0.25 * errors[0], "signal {signal}: {errors:?}");
+            assert!(errors[0] < 0.002 * exact, "signal {signal}: {errors:?}");
+        }
+        // Of first order, where no wave stands out.
+        let errors = [1, 2].map(|i: usize| (ends[i][0] - ends[4][0]).abs());
+        let order = (errors[0] / errors[1]).log2();
+        assert!((order - 1.0).abs() < 0.3, "order {order}: {errors:?}");
     }
 
     #[test]
@@ -295,17 +565,27 @@ mod tests {
             let per_kg = 1.4 * 287.0 * 293.0 / 2e-5;
             for step in 0..2000 {
                 let valve = if (step / 50) % 2 == 0 { 5e-3 } else { -5e-3 };
-                let passed = tube.step(
-                    &mut state,
-                    &gas,
-                    293.15,
-                    (valve, -1e-9),
-                    &end(chamber, per_kg),
-                    1e-3,
-                );
+                let end = end(chamber, per_kg);
+                let passed = tube.step(&mut state, &gas, 293.15, given(valve), &end, 1e-3);
                 chamber += per_kg * passed.into_chamber_kg_per_s * 1e-3;
                 assert!(state.port_pa().is_finite() && chamber.abs() < 2e7);
             }
         }
+    }
+
+    #[test]
+    fn prop_gas_at_rest_stays_to_the_bit() {
+        let gas = Gas::new(1.4_f32, 287.0);
+        let tube = TubeLine {
+            length_m: 0.7_f32,
+            diameter_m: 0.004,
+        };
+        let mut state = TubeState::at_rest(512_345.67);
+        let begin = state;
+        for _ in 0..1000 {
+            let end = end(512_345.67, 1e9);
+            tube.step(&mut state, &gas, 293.15, given(0.0), &end, 1e-3);
+        }
+        assert_eq!(state, begin);
     }
 }

@@ -80,7 +80,7 @@ impl<R: Real> FlowLaw<R> {
     /// Flow over pressure difference, kg/(s Pa): the chord of the law from equal
     /// pressures. Where the law is concave, as beyond its laminar part, the chord is
     /// steeper than the slope: an implicit step with it neither overshoots nor
-    /// rings. Nearer than [`CHORD_SHARE`] it is taken as there.
+    /// rings. Nearer than 1e-4 of the higher pressure it is taken as there.
     pub fn conductance(&self, area_m2: R, side_1: GasState<R>, side_2: GasState<R>) -> R {
         let least_pa = (side_1.pressure_pa.max(side_2.pressure_pa) * R::from_f64(CHORD_SHARE))
             .max(R::from_f64(LEAST_PRESSURE_PA * CHORD_SHARE));
