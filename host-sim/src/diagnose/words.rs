@@ -1,5 +1,9 @@
 //! Words for a person: effects, sizes and what sets them apart.
 
+mod experiments;
+
+pub use experiments::separating;
+
 use super::candidates::Candidate;
 
 /// A size as people say it: value, standard deviation, unit.
@@ -13,50 +17,119 @@ pub struct Size {
     pub std: Option<f64>,
 }
 
-/// How a parameter is said: its name with `?` for the side, words, unit, factor.
-const SPOKEN: [(&str, &str, &str, f64); 20] = [
-    ("conductance_?_W_K", "wall conductance ?", "W/K", 1.0),
-    ("volume_?_m3", "additional volume ?", "L", 1e3),
-    ("laminar_?_kg_s_Pa2", "coefficient ?", "kg/(s Pa²)", 1.0),
-    ("orifice_?_m2", "area ?", "mm²", 1e6),
-    ("onset_s", "from", "s", 1.0),
-    ("delay_s", "delay", "ms", 1e3),
-    ("time_constant_s", "time constant", "ms", 1e3),
-    ("coulomb_N", "level", "N", 1.0),
-    (
+/// How a parameter is said.
+struct Spoken {
+    /// Its key, with `?` for the side.
+    key: &'static str,
+    /// What it is.
+    words: &'static str,
+    /// The unit of the trade.
+    unit: &'static str,
+    /// How many of that unit make one of the catalogue's.
+    factor: f64,
+    /// Sizes from here on are said by a later entry of the same key.
+    below: f64,
+}
+
+const fn say(key: &'static str, words: &'static str, unit: &'static str, factor: f64) -> Spoken {
+    Spoken {
+        key,
+        words,
+        unit,
+        factor,
+        below: f64::INFINITY,
+    }
+}
+
+impl Spoken {
+    const fn below(mut self, most: f64) -> Self {
+        self.below = most;
+        self
+    }
+}
+
+/// Times and lengths that one key has for a sensor as for a seal, for a tube as
+/// for a cushion, are said in the small unit below these.
+const SHORT_S: f64 = 0.5;
+const SHORT_M: f64 = 0.1;
+
+/// Every parameter of the catalogue of effects.
+const SPOKEN: &[Spoken] = &[
+    say("memory_?", "memory ?", "", 1.0),
+    say("conductance_?_W_K", "wall conductance ?", "W/K", 1.0),
+    say("density_exponent", "exponent over density", "", 1.0),
+    say("flow_W_m2K", "added at a flow of 1 g/s", "W/(m² K)", 1.0),
+    say("offset_K", "offset", "K", 1.0),
+    say("heat_capacity_J_K", "wall's heat capacity", "J/K", 1.0),
+    say("outer_W_K", "conductance outwards", "W/K", 1.0),
+    say("volume_?_m3", "additional volume ?", "L", 1e3),
+    say("volume_m3", "volume", "cm³", 1e6),
+    say("tank_volume_m3", "tank volume", "L", 1e3),
+    say("feed_area_m2", "feed area", "mm²", 1e6),
+    say("silencer_area_m2", "silencer's area", "mm²", 1e6),
+    say("needle_area_m2", "needle's area", "mm²", 1e6),
+    say("laminar_?_kg_s_Pa2", "coefficient ?", "kg/(s Pa²)", 1.0),
+    say("laminar_kg_s_Pa2", "coefficient", "kg/(s Pa²)", 1.0),
+    say("orifice_?_m2", "area ?", "mm²", 1e6),
+    say("orifice_m2", "area", "mm²", 1e6),
+    say("onset_s", "from", "s", 1.0),
+    say("delay_s", "delay", "ms", 1e3),
+    say("time_constant_s", "time constant", "ms", 1e3).below(SHORT_S),
+    say("time_constant_s", "time constant", "s", 1.0),
+    say("natural_frequency_Hz", "natural frequency", "Hz", 1.0),
+    say("damping_ratio", "damping ratio", "", 1.0),
+    say("rising_per_s", "rising", "command units per s", 1.0),
+    say("falling_per_s", "falling", "command units per s", 1.0),
+    say("width", "width", "command units", 1.0),
+    say("length_m", "length", "mm", 1e3).below(SHORT_M),
+    say("length_m", "length", "m", 1.0),
+    say("diameter_m", "inner diameter", "mm", 1e3),
+    say("offset_?_Pa", "offset ?", "kPa", 1e-3),
+    say("coulomb_N", "level", "N", 1.0),
+    say(
         "bristle_stiffness_N_m",
         "presliding stiffness",
         "N/mm",
         1e-3,
     ),
-    ("static_excess_N", "excess", "N", 1.0),
-    ("viscous_Ns_m", "coefficient", "N s/m", 1.0),
-    ("per_mean_pressure_N_Pa", "per mean pressure", "N/bar", 1e5),
-    (
+    say("static_excess_N", "excess", "N", 1.0),
+    say("viscous_Ns_m", "coefficient", "N s/m", 1.0),
+    say("per_mean_pressure_N_Pa", "per mean pressure", "N/bar", 1e5),
+    say(
         "per_pressure_difference_N_Pa",
         "per pressure difference",
         "N/bar",
         1e5,
     ),
-    ("force_N", "force", "N", 1.0),
-    ("rising_per_s", "rising", "per s", 1.0),
-    ("falling_per_s", "falling", "per s", 1.0),
-    ("width", "width", "", 1.0),
-    ("length_m", "length", "m", 1.0),
-    ("natural_frequency_Hz", "natural frequency", "Hz", 1.0),
-    ("damping_ratio", "damping ratio", "", 1.0),
+    say("cosine", "cosine part", "%", 100.0),
+    say("sine", "sine part", "%", 100.0),
+    say("wavelength_m", "wavelength", "mm", 1e3),
+    say("slope_per_m", "slope", "% per m", 100.0),
+    say("curvature_per_m2", "curvature", "% per m²", 100.0),
+    say("asymmetry", "more towards +x by", "%", 100.0),
+    say("viscous_asymmetry", "viscous more by", "%", 100.0),
+    say("rise_N", "rise", "N", 1.0),
+    say("load_mass_kg", "load", "kg", 1.0),
+    say("stiffness_N_m", "stiffness", "N/mm", 1e-3),
+    say("damping_Ns_m", "damping", "N s/m", 1.0),
+    say("gap_m", "whole play", "mm", 1e3),
+    say("force_N", "force", "N", 1.0),
+    say("buffer_length_m", "buffer's length", "mm", 1e3),
+    say("buffer_stiffness_N_m", "buffer's stiffness", "N/mm", 1e-3),
+    say("buffer_damping_Ns_m", "buffer's damping", "N s/m", 1.0),
 ];
 
-/// Words, unit and factor of a parameter; its own name where none are known.
-fn spoken_as(parameter: &str) -> (String, &'static str, f64) {
-    for (pattern, words, unit, factor) in SPOKEN {
+/// How a parameter of this size is said, and for which side; `None` for a key
+/// that is not in the catalogue.
+fn spoken_as(parameter: &str, value: f64) -> Option<(String, &'static Spoken)> {
+    for spoken in SPOKEN.iter().filter(|spoken| value.abs() < spoken.below) {
         for side in ["a", "b"] {
-            if pattern.replace('?', side) == parameter {
-                return (words.replace('?', side), unit, factor);
+            if spoken.key.replace('?', side) == parameter {
+                return Some((spoken.words.replace('?', side), spoken));
             }
         }
     }
-    (parameter.to_owned(), "", 1.0)
+    None
 }
 
 /// Three significant digits, without trailing noise.
@@ -75,7 +148,10 @@ pub fn digits(value: f64) -> String {
 impl Size {
     /// "wall conductance a 33.7 ± 0.9 W/K"
     pub fn spoken(&self) -> String {
-        let (words, unit, factor) = spoken_as(&self.parameter);
+        let (words, unit, factor) = match spoken_as(&self.parameter, self.value) {
+            Some((words, spoken)) => (words, spoken.unit, spoken.factor),
+            None => (self.parameter.clone(), "", 1.0),
+        };
         let number = match self.std.map(|std| std * factor) {
             Some(std) if std > 0.0 => with_deviation(self.value * factor, std),
             _ => digits(self.value * factor),
@@ -99,74 +175,62 @@ fn with_deviation(value: f64, std: f64) -> String {
 
 /// What an effect is, to somebody who has not met its name.
 pub fn meaning(effect: &str, form: Option<&str>) -> &'static str {
-    match (effect, form) {
+    known_meaning(effect, form).unwrap_or("an effect of the list")
+}
+
+fn known_meaning(effect: &str, form: Option<&str>) -> Option<&'static str> {
+    Some(match (effect, form) {
+        ("tube-line", _) => "tubes between valve and chambers hold gas, delay and throttle it",
+        ("spool-dynamics", _) => "the spool follows the command as a second-order lag",
+        ("valve-hysteresis", _) => "play (backlash) between command and stem or spool",
+        ("valve-delay", _) => "the valve acts on the command of a while ago",
+        ("slew-limit", _) => {
+            "the rate of the stem or spool is limited, one limit for each direction"
+        }
+        ("piston-leakage", Some("orifice")) => "gas passes the piston through an orifice",
+        ("piston-leakage", _) => "gas passes the piston's seal through a laminar gap",
+        ("chamber-leakage", Some("orifice")) => "gas leaks to the surroundings through an orifice",
+        ("chamber-leakage", _) => "gas leaks to the surroundings through a laminar gap",
+        ("supply-droop", _) => {
+            "the supply's pressure sags: the regulator refills its tank more slowly than the valve empties it"
+        }
+        ("exhaust-back-pressure", _) => {
+            "the silencer holds the exhaust above ambient pressure while much gas leaves"
+        }
         ("gas-temperature-dynamics", _) => {
             "the gas temperature follows its own balance, with heat exchange to the wall"
         }
-        ("dead-volume", _) => "the chamber's dead volume is not the one stated",
-        ("chamber-leakage", Some("orifice")) => "gas leaks to the surroundings through an orifice",
-        ("chamber-leakage", _) => "gas leaks to the surroundings through a laminar gap",
-        ("position-time-skew", _) => {
-            "the position is recorded at another time than the other channels"
+        ("variable-heat-transfer", _) => {
+            "the heat transfer to the wall changes with the gas's density and flow"
         }
-        ("pressure-sensor-lag", _) => "the pressure sensors lag",
+        ("wall-temperature", _) => "the cylinder's wall is not at the surroundings' temperature",
+        ("dead-volume", _) => "the chamber's dead volume is not the one stated",
         ("coulomb-friction", _) => "dry (Coulomb) friction",
         ("viscous-friction", _) => "viscous friction",
         ("stribeck-friction", _) => "a breakaway force above the sliding friction (Stribeck)",
         ("pressure-dependent-friction", _) => "dry friction that grows with the pressure",
-        ("constant-force", _) => "a constant force",
-        ("slew-limit", _) => {
-            "the rate of the stem or spool is limited, one limit for each direction"
+        ("position-dependent-friction", Some("slope")) => {
+            "friction whose level changes steadily along the stroke"
         }
-        ("valve-delay", _) => "the valve acts on the command of a while ago",
-        ("valve-hysteresis", _) => "play (backlash) between command and stem or spool",
-        ("spool-dynamics", _) => "the spool follows the command as a second-order lag",
-        ("tube-line", _) => "tubes between valve and chambers",
-        _ => "an effect of the list",
-    }
-}
-
-/// What to record to tell two effects apart (`docs/method.md`, experiments).
-pub fn separating(one: &str, other: &str) -> String {
-    const EXPERIMENTS: [(&str, &str, &str); 6] = [
-        (
-            "viscous-friction",
-            "coulomb-friction",
-            "Strokes at four or more constant speeds from 1 to 500 mm/s in both directions, at one pressure.",
-        ),
-        (
-            "viscous-friction",
-            "pressure-dependent-friction",
-            "Strokes at four or more constant speeds in both directions, at each of three pressures.",
-        ),
-        (
-            "chamber-leakage",
-            "gas-temperature-dynamics",
-            "Fill, shut the valve and dwell for a minute: a leak settles at ambient pressure, heat exchange above it.",
-        ),
-        (
-            "dead-volume",
-            "position-time-skew",
-            "Slow and fast strokes over the same way: a volume does not depend on the speed, a skew does.",
-        ),
-        (
-            "spool-dynamics",
-            "valve-delay",
-            "A chirp of the command from 5 to 200 Hz at fixed piston, at two amplitudes.",
-        ),
-        (
-            "tube-line",
-            "valve-delay",
-            "Bursts of the command at two positions of the fixed piston: a delay does not depend on the volume.",
-        ),
-    ];
-    EXPERIMENTS
-        .iter()
-        .find(|(a, b, _)| (*a == one && *b == other) || (*a == other && *b == one))
-        .map_or_else(
-            || format!("A recording in which {one} and {other} act at different times or speeds."),
-            |(_, _, experiment)| (*experiment).to_owned(),
-        )
+        ("position-dependent-friction", _) => {
+            "friction whose level rises and falls in a wave along the stroke"
+        }
+        ("direction-dependent-friction", _) => "friction that is larger one way than the other",
+        ("dwell-stiction", _) => "a breakaway force that grows with the time at rest",
+        ("constant-force", _) => "a constant force",
+        ("load-compliance", _) => "part of the moving mass hangs behind a spring",
+        ("load-backlash", _) => "part of the moving mass hangs behind a play",
+        ("end-cushion", Some("elastic")) => "elastic buffers at the ends of the stroke",
+        ("end-cushion", _) => {
+            "pneumatic cushions: near its end a chamber breathes out through a needle"
+        }
+        ("pressure-sensor-lag", _) => "the pressure sensors lag",
+        ("pressure-sensor-offset", _) => "a pressure sensor reads too much or too little",
+        ("position-time-skew", _) => {
+            "the position is recorded at another time than the other channels"
+        }
+        _ => return None,
+    })
 }
 
 /// "gas temperature dynamics in both chambers".
@@ -201,6 +265,8 @@ fn place_in_words(place: &str) -> String {
         "force-balance" => "in the force balance".into(),
         "valve-flow" => "in the valve's flow".into(),
         "valve-command" => "between command and valve".into(),
+        "supply" => "in the supply".into(),
+        "exhaust" => "in the exhaust".into(),
         other => match other.strip_prefix("sensor.") {
             Some(signal) => format!("at the sensor of {signal}"),
             None => format!("at {other}"),
@@ -220,6 +286,7 @@ pub fn list(items: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::EFFECTS;
 
     #[test]
     fn regress_sizes_are_said_in_the_units_of_the_trade() {
@@ -237,5 +304,91 @@ mod tests {
             size("laminar_a_kg_s_Pa2", 1.1e-16, None).spoken(),
             "coefficient a 1.10e-16 kg/(s Pa²)"
         );
+    }
+
+    #[test]
+    fn prop_every_effect_of_the_catalogue_has_words() {
+        for effect in EFFECTS {
+            assert!(
+                known_meaning(effect.name, None).is_some(),
+                "{}",
+                effect.name
+            );
+        }
+        assert!(known_meaning("phlogiston", None).is_none());
+    }
+
+    /// What one of the trade's units is in the catalogue's, by definition.
+    fn of_catalogue(trade: &str) -> f64 {
+        match trade {
+            "L" | "mm" | "ms" => 1e-3,
+            "cm³" | "mm²" => 1e-6,
+            "kPa" | "N/mm" => 1e3,
+            "N/bar" => 1e-5,
+            "%" | "% per m" | "% per m²" => 0.01,
+            _ => 1.0,
+        }
+    }
+
+    #[test]
+    fn prop_every_parameter_of_the_catalogue_is_said_in_words_and_in_its_unit() {
+        let parameters = EFFECTS.iter().flat_map(|effect| effect.parameters);
+        for parameter in parameters {
+            for size in [0.01, 3.0] {
+                let (words, spoken) = spoken_as(parameter.key, size)
+                    .unwrap_or_else(|| panic!("{} has no words", parameter.key));
+                assert!(!words.is_empty() && !words.contains('?'), "{words}");
+                let one = spoken.factor * of_catalogue(spoken.unit);
+                assert!((one - 1.0).abs() < 1e-12, "{}", parameter.key);
+                let bare = matches!(parameter.unit, "1");
+                assert_eq!(
+                    bare && spoken.factor < 2.0,
+                    spoken.unit.is_empty(),
+                    "{words}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn regress_no_key_of_the_words_is_strange_to_the_catalogue() {
+        for spoken in SPOKEN {
+            let key = spoken.key.replace('?', "a");
+            let known = EFFECTS
+                .iter()
+                .any(|effect| effect.parameter(&key).is_some());
+            assert!(known, "{key}");
+        }
+    }
+
+    #[test]
+    fn regress_a_sensor_lags_by_milliseconds_and_a_seal_ages_over_seconds() {
+        let spoken = |value| {
+            let size = Size {
+                parameter: "time_constant_s".into(),
+                value,
+                std: None,
+            };
+            size.spoken()
+        };
+        assert_eq!(spoken(0.002), "time constant 2.00 ms");
+        assert_eq!(spoken(1.5), "time constant 1.50 s");
+    }
+
+    #[test]
+    fn prop_every_place_of_a_verdict_has_words() {
+        let places = [
+            "valve-command",
+            "valve-flow",
+            "supply",
+            "exhaust",
+            "chamber-a",
+            "chamber-b",
+            "force-balance",
+            "sensor.p_a",
+        ];
+        for place in places {
+            assert_ne!(place_in_words(place), format!("at {place}"));
+        }
     }
 }
