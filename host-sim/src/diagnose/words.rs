@@ -391,4 +391,21 @@ mod tests {
             assert_ne!(place_in_words(place), format!("at {place}"));
         }
     }
+
+    #[test]
+    fn regress_the_documents_list_every_effect_with_keys_units_and_neutral_values() {
+        let document = include_str!("../../../docs/model.md");
+        for effect in EFFECTS {
+            let name = format!("| `{}` |", effect.name);
+            let row = document.lines().find(|line| line.starts_with(&name));
+            let row = row.unwrap_or_else(|| panic!("{} has no row", effect.name));
+            for parameter in effect.parameters {
+                let neutral = parameter
+                    .neutral
+                    .map_or_else(|| "as declared".into(), |value| value.to_string());
+                let entry = format!("`{}` ({}, {neutral})", parameter.key, parameter.unit);
+                assert!(row.contains(&entry), "{}: {entry}", effect.name);
+            }
+        }
+    }
 }
