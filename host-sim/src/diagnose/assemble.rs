@@ -273,9 +273,9 @@ fn explained(law: &LawDiagnosis) -> f64 {
 /// A law whose misfit is material and unexplained: the missing term as a table
 /// over the variable that explains most of it.
 fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
-    let law = laws.iter().find(|law| {
-        law.misses() && explained(law) < EXPLAINED && !law.evidence.is_empty()
-    })?;
+    let law = laws
+        .iter()
+        .find(|law| law.misses() && explained(law) < EXPLAINED && !law.evidence.is_empty())?;
     let located = law.located.first()?;
     let variable = located.variables.first()?;
     Some(UnknownTerm {

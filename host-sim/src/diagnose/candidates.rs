@@ -489,11 +489,15 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
         // The tank drawn empty in a tenth and in half a second by an open valve.
         Candidate::new("supply-droop", &["supply"])
             .free("tank_volume_m3", (1e-5, 0.1), &[1e-3, 5e-3])
-            .free("feed_area_m2", (1e-8, 1e-3), &[0.3 * opening, opening]),
+            .free(
+                "feed_area_m2",
+                (1e-8, 1e-3),
+                &[0.3 * opening, 0.3 * opening],
+            ),
         Candidate::new("exhaust-back-pressure", &["exhaust"]).free(
             "silencer_area_m2",
             (0.05 * opening, 50.0 * opening),
-            &[3.0 * opening, opening],
+            &[3.0 * opening, opening, 0.3 * opening],
         ),
     ];
     let near = nearest_end_m(rig, tracks);

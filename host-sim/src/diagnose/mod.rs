@@ -106,16 +106,19 @@ impl LawDiagnosis {
     /// be trusted to show it. A break-away is read off too few rows, and creep
     /// too near to sticking, to say by themselves that something is missing.
     pub fn misses(&self) -> bool {
-        let searched = self.law.searched_by();
-        let trusted = match searched {
-            Law::Balance => 1,
-            _ => self.noise.len(),
-        };
-        let outputs = self.baseline.mean_square.iter().zip(&self.noise);
-        outputs
-            .take(trusted)
-            .any(|(square, noise)| square / noise.powi(2) - 1.0 > worth_a_search_of(searched))
+        misses(self.law.searched_by(), &self.baseline, &self.noise)
     }
+}
+
+fn misses(searched: Law, baseline: &Fitted, noise: &[f64]) -> bool {
+    let trusted = match searched {
+        Law::Balance => 1,
+        _ => noise.len(),
+    };
+    let outputs = baseline.mean_square.iter().zip(noise);
+    outputs
+        .take(trusted)
+        .any(|(square, noise)| square / noise.powi(2) - 1.0 > worth_a_search_of(searched))
 }
 
 /// The whole diagnosis.
@@ -263,7 +266,7 @@ fn diagnose_law(
     let masked = masked(&bench, &outcome);
     let shown = shown(&full, law, &baseline);
     let misfits = locate::locate(law, rig, &tracks, &shown.residuals);
-    let missed = worth_a_search(&full, &baseline);
+    let missed = misses(searched, &baseline, &full.noise);
     let above_noise = |pair: &(Located, &f64)| {
         missed && pair.0.rms.powi(2) / pair.1.powi(2) - 1.0 > WORTH_A_SEARCH
     };

@@ -8,14 +8,14 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::laws::median_step_s;
+use crate::laws::{Law, median_step_s};
 
 use super::fitted::{Bench, Fitted, Set, parallel};
 
 /// Sets kept at each size ...
 const BEAM_WIDTH: usize = 3;
 /// ... and on recordings of more rows than this, where a fit takes seconds.
-const BEAM_WIDTH_LONG: usize = 2;
+const BEAM_WIDTH_LONG: usize = 1;
 /// Of the ranked sets on long recordings so many are fitted to the end.
 const FINALISTS: usize = 4;
 /// Largest set tried.
@@ -24,6 +24,8 @@ const LARGEST_SET: usize = 4;
 /// smaller one by this part of its misfit, twice in a row. Far under what is
 /// accepted later; it only saves time.
 const WORTH_GROWING: f64 = 0.01;
+/// ... and on long recordings by this, where a size takes a quarter of a minute.
+const WORTH_GROWING_LONG: f64 = 0.1;
 
 /// An effect must account for this part of the energy of what is missing: 15 %
 /// of its amplitude. Below that it is not material, however significant. The
@@ -185,7 +187,11 @@ fn grow(judge: &mut Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) ->
         beam = judge.best(children);
         let Some(leader) = beam.first() else { break };
         let gain = judge.score(&best) - judge.score(leader);
-        stale = if gain > WORTH_GROWING { 0 } else { stale + 1 };
+        stale = if gain > judge.worth_growing() {
+            0
+        } else {
+            stale + 1
+        };
         if gain > 0.0 {
             best = leader.clone();
         }
@@ -295,14 +301,28 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Sum over the outputs of the log of the RMS misfit; the noise is its floor.
+    /// Sum over the outputs of the log of the RMS misfit; the noise is its floor,
+    /// unless that was set and not declared: below it forms can be told apart.
     fn score(&self, fitted: &Fitted) -> f64 {
+        let floor = if self.bench.law == Law::Balance {
+            0.0
+        } else {
+            1.0
+        };
         fitted
             .mean_square
             .iter()
             .zip(&self.bench.noise)
-            .map(|(square, noise)| 0.5 * square.max(noise * noise).ln())
+            .map(|(square, noise)| 0.5 * square.max(floor * noise * noise).ln())
             .sum()
+    }
+
+    fn worth_growing(&self) -> f64 {
+        if self.bench.is_long() {
+            WORTH_GROWING_LONG
+        } else {
+            WORTH_GROWING
+        }
     }
 
     /// Sizes without a gain after which growing stops: where a size takes long,
@@ -373,7 +393,7 @@ impl<'a> Judge<'a> {
             let mut ranked: Vec<Fitted> = ranked.into_iter().flatten().collect();
             ranked.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
             let rest = ranked.split_off(FINALISTS.min(ranked.len()));
-            let finished = parallel(&ranked, |one| bench.finished(one));
+            let finished = parallel(&ranked, |one| self.finished(one));
             self.ranked.extend(rest);
             finished.into_iter().flatten().collect()
         } else {
@@ -395,6 +415,16 @@ impl<'a> Judge<'a> {
             .map(|fitted| self.score(self.baseline) - self.score(fitted))
             .fold(0.0, f64::max);
         Evidence::needless(candidate, self.bench.folds.count as f64 * gain)
+    }
+
+    /// A ranked set fitted to its end. Models are nested: one that ends above the
+    /// baseline has lost its way, and begins again from there.
+    fn finished(&self, ranked: &Fitted) -> Option<Fitted> {
+        let finished = self.bench.finished(ranked)?;
+        if self.score(&finished) <= self.score(self.baseline) {
+            return Some(finished);
+        }
+        self.bench.fit(&ranked.set, Some(self.baseline))
     }
 
     /// Two forms of one effect at one place are rivals, not partners.
@@ -466,11 +496,18 @@ impl<'a> Judge<'a> {
     fn ratio(&mut self, model: &Fitted, other: &Fitted) -> f64 {
         let (mine, theirs) = (self.judged(model), self.judged(other));
         if self.bench.is_long() {
+            // Where both come down to the noise, what they leave is compared.
+            let to_noise = self.is_noise(model) && self.is_noise(other);
             let left = |judged: &Judged| -> f64 {
                 let outputs = judged.iter().enumerate();
                 outputs
                     .map(|(output, squares)| {
-                        self.misfit(squares, output) / self.bench.noise[output].powi(2)
+                        let left = if to_noise {
+                            mean(squares)
+                        } else {
+                            self.misfit(squares, output)
+                        };
+                        left / self.bench.noise[output].powi(2)
                     })
                     .sum()
             };
@@ -543,7 +580,8 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether a time skew is no more than the order in which a logger reads its
-    /// channels: a row and a half.
+    /// channels: a row and a half; half a row where one logger served a whole
+    /// axis at a steady rate.
     fn is_sampling(&self, model: &Fitted, candidate: usize) -> bool {
         if self.bench.candidates[candidate].effect != "position-time-skew" {
             return false;
@@ -552,10 +590,15 @@ impl<'a> Judge<'a> {
         let row_s = rows
             .map(|track| median_step_s(&track.recording.time_s))
             .fold(0.0, f64::max);
+        let sampling = if self.bench.rig.valve.is_some() {
+            0.5
+        } else {
+            1.5
+        };
         let skews = model.names.iter().zip(&model.values);
         skews
             .filter(|(name, _)| name.contains("position-time-skew"))
-            .all(|(_, skew)| skew.abs() < 1.5 * row_s)
+            .all(|(_, skew)| skew.abs() < sampling * row_s)
     }
 
     /// Whether every parameter of the effect stands on a bound.

@@ -50,7 +50,19 @@ pub(super) fn outputs(rig: &Rig) -> Vec<Output> {
             place: side.place(),
             unit: "Pa",
         })
+        .chain(predicts_supply(rig).then_some(Output {
+            signal: "p_s",
+            place: "supply",
+            unit: "Pa",
+        }))
         .collect()
+}
+
+/// Whether the supply pressure is predicted: where it is both declared and
+/// recorded, a supply that does not hold what it should is to be seen. One that
+/// is recorded only drives the valve as it is.
+fn predicts_supply(rig: &Rig) -> bool {
+    rig.valve.is_some() && rig.value("supply.pressure_Pa").is_some() && rig.signals.contains("p_s")
 }
 
 /// Pressure and temperature of each recorded chamber; then, where the rig models
@@ -156,8 +168,8 @@ impl<R: Real> Drive<'_, R> {
     fn supply(&self, row: usize) -> GasState<R> {
         GasState {
             pressure_pa: match self.supply_pa {
-                Some(pressure) if !self.has_tank => R::from_f64(pressure[row]),
-                _ => self.declared_supply_pa,
+                Some(pressure) => R::from_f64(pressure[row]),
+                None => self.declared_supply_pa,
             },
             temperature_k: self.supply_temperature_k,
         }
@@ -180,7 +192,9 @@ pub(super) fn predict<R: Real>(
         position_m: track.signal("x"),
         time_s: &track.recording.time_s,
         command_v: track.signal("u"),
-        supply_pa: track.signal("p_s"),
+        supply_pa: track
+            .signal("p_s")
+            .filter(|_| !predicts_supply(values.rig) && !pneumatics.supply_droop.is_present()),
         declared_supply_pa: values.get_or("supply.pressure_Pa", 7e5),
         supply_temperature_k: values.ambient().temperature_k,
         has_tank: pneumatics.supply_droop.is_present(),
@@ -198,10 +212,19 @@ pub(super) fn predict<R: Real>(
     });
     let mut state = layout.start(initial);
     let mut shown = pressures(&sides, &state);
+    let outputs = sides.len() + usize::from(predicts_supply(values.rig));
     let mut report = |state: &PneumaticState<R>, shown: &[R; 2], row: usize| {
-        let showing = [shown[0] + offsets_pa[0], shown[1] + offsets_pa[1]];
+        let mut showing = [R::ZERO; 3];
+        for (index, slot) in showing.iter_mut().take(sides.len()).enumerate() {
+            *slot = shown[index] + offsets_pa[index];
+        }
+        showing[sides.len()] = if drive.has_tank {
+            state.tank.pressure_pa(drive.declared_supply_pa)
+        } else {
+            drive.declared_supply_pa
+        };
         let states = layout.states(state, drive.declared_supply_pa);
-        sink.row(row, &showing[..sides.len()], &states[..layout.count()]);
+        sink.row(row, &showing[..outputs], &states[..layout.count()]);
     };
     report(&state, &shown, rows.start);
     for row in rows.start..rows.end.saturating_sub(1) {
