@@ -267,6 +267,10 @@ fn val_p01_fit_moves_the_parameters_to_the_truth() {
     for law in told["laws"].as_array().expect("laws") {
         assert_eq!(law["converged"], true);
         for error in law["errors"].as_array().expect("errors") {
+            // The supply was typed rightly: there is nothing to gain.
+            if error["signal"] == "p_s" {
+                continue;
+            }
             let held = &error["held_out"];
             let (before, after) = (held["before"].as_f64(), held["after"].as_f64());
             assert!(
