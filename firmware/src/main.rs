@@ -342,10 +342,10 @@ mod app {
                     transfer: Transfer = Transfer::new(TICK_PERIOD_S)])]
     fn transmit(context: transmit::Context) {
         let (mut local, mut shared) = (context.local, context.shared);
-        while let Some(command) = local.outgoing.dequeue() {
-            send(local.serial_out, &link::command(&command));
-        }
+        send_commands(&mut local);
         while let Some(record) = shared.tap.lock(|tap| tap.take()) {
+            // A tick may have come meanwhile: its command goes before its record.
+            send_commands(&mut local);
             send(local.serial_out, &telemetry::tick(&record));
         }
         if let Some(request) = shared.request.lock(Option::take) {
@@ -363,6 +363,12 @@ mod app {
         }
         if shared.has_ended.lock(core::mem::take) {
             end_run(local.serial_out, &mut shared);
+        }
+    }
+
+    fn send_commands(local: &mut transmit::LocalResources<'_>) {
+        while let Some(command) = local.outgoing.dequeue() {
+            send(local.serial_out, &link::command(&command));
         }
     }
 
