@@ -11,6 +11,7 @@ pub mod fault_campaign;
 pub mod fit;
 pub mod identify;
 pub mod inspect;
+mod lag;
 pub mod laws;
 pub mod model;
 pub mod motion;

@@ -52,14 +52,24 @@ pub fn verdict(
     let unknown_term = unknown_term(laws);
     let fit = fit(rig, laws, train, held_out);
     let held_out = held_out_signals(rig, laws, &fit);
-    let unsolved = unknown_term.is_some() || held_out.iter().any(HeldOut::is_refuted);
+    let refuted = held_out.iter().any(HeldOut::is_refuted);
+    // What is named in one law stays named, whatever else is missing in another.
+    let unsolved = refuted || (unknown_term.is_some() && !laws.iter().any(is_solved));
     let kind = kind(laws, faults, &alternatives, unsolved);
     let located = located(laws);
+    let mut sentence = if refuted {
+        refuted_sentence(laws, &alternatives)
+    } else {
+        sentence(kind, laws, faults, &located, &alternatives)
+    };
+    if let (Kind::Named | Kind::Ambiguous, Some(term)) = (kind, &unknown_term) {
+        sentence = format!("{sentence} {}", beside_sentence(term));
+    }
     let notes = notes(laws, &held_out);
     Verdict {
         format: "verdict/1",
         verdict: kind,
-        sentence: sentence(kind, laws, faults, &located, &alternatives),
+        sentence,
         located,
         effects,
         ranking: ranking(laws),
@@ -268,6 +278,11 @@ fn explained(law: &LawDiagnosis) -> f64 {
     };
     let missed = above(&law.baseline.mean_square).max(f64::MIN_POSITIVE);
     1.0 - above(&law.improved.mean_square) / missed
+}
+
+/// A law whose named effects explain what it misses.
+fn is_solved(law: &LawDiagnosis) -> bool {
+    !law.improved.set.is_empty() && explained(law) >= EXPLAINED
 }
 
 /// A law whose misfit is material and unexplained: the missing term as a table
@@ -544,13 +559,23 @@ fn sentence(
             "These signals drive no law of this rig: nothing can be said of its physics.".into()
         }
         Kind::NothingMissing => nothing_missing(laws),
-        Kind::Unknown if laws.iter().any(|law| !law.improved.set.is_empty()) => format!(
-            "The held-out data refute what the training data suggest: {}",
-            named_sentence(laws, alternatives)
-        ),
         Kind::Unknown => unknown_sentence(located),
         Kind::Named | Kind::Ambiguous => named_sentence(laws, alternatives),
     }
+}
+
+fn refuted_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String {
+    format!(
+        "The held-out data refute what the training data suggest: {}",
+        named_sentence(laws, alternatives)
+    )
+}
+
+fn beside_sentence(term: &UnknownTerm) -> String {
+    format!(
+        "Something else is missing at {} that no effect of the list explains: the misfit {}.",
+        term.place, term.expression
+    )
 }
 
 fn nothing_missing(laws: &[LawDiagnosis]) -> String {

@@ -7,8 +7,8 @@ use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
 use crate::fit::{NoiseVariance, Options, Parameter, solve};
 use crate::laws::{Law, Track, balance};
 use crate::rig::Rig;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What a law is fitted with: rig, recordings, ordinary parameters.
@@ -421,7 +421,7 @@ impl<'a> Bench<'a> {
         let outputs = self.noise.len();
         let mut by_fold = vec![vec![f64::INFINITY; self.folds.count]; outputs];
         let folds: Vec<usize> = (0..self.folds.count).collect();
-        let judged = parallel(&folds, |&fold| {
+        let judge = |&fold: &usize| {
             let values = self.fit_without(full, fold)?;
             let model = Fitted {
                 values,
@@ -432,7 +432,8 @@ impl<'a> Bench<'a> {
                 .iter()
                 .map(|columns| self.fold_mean_square(columns, fold));
             Some(squares.collect::<Vec<f64>>())
-        });
+        };
+        let judged: Vec<Option<Vec<f64>>> = folds.par_iter().map(judge).collect();
         for (fold, squares) in judged.into_iter().enumerate() {
             for (output, square) in squares.into_iter().flatten().enumerate() {
                 by_fold[output][fold] = square;
@@ -484,35 +485,6 @@ impl Fitted {
         let shared = self.names.iter().zip(&self.values).take(self.shared);
         shared.map(|(name, value)| (name.clone(), *value)).collect()
     }
-}
-
-/// Maps over independent jobs on all cores; the order of the results is that of
-/// the jobs, whatever the number of cores.
-pub fn parallel<T: Sync, U: Send>(jobs: &[T], work: impl Fn(&T) -> U + Sync) -> Vec<U> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let next = AtomicUsize::new(0);
-    let results: Vec<Mutex<Option<U>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
-    std::thread::scope(|scope| {
-        for _ in 0..threads.min(jobs.len()) {
-            scope.spawn(|| {
-                while let Some(index) = take(&next, jobs.len()) {
-                    let result = work(&jobs[index]);
-                    if let Ok(mut slot) = results[index].lock() {
-                        *slot = Some(result);
-                    }
-                }
-            });
-        }
-    });
-    results
-        .into_iter()
-        .filter_map(|slot| slot.into_inner().ok().flatten())
-        .collect()
-}
-
-fn take(next: &AtomicUsize, count: usize) -> Option<usize> {
-    let index = next.fetch_add(1, Ordering::Relaxed);
-    (index < count).then_some(index)
 }
 
 /// Integrated autocorrelation time of residuals, in rows: how many rows count

@@ -33,6 +33,7 @@ use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
 use locate::Located;
 use proof::{Frozen, Run};
+use rayon::prelude::*;
 use search::{Evidence, Outcome};
 use std::collections::BTreeMap;
 use verdict::Verdict;
@@ -335,7 +336,8 @@ fn worth_a_search_of(law: Law) -> f64 {
 fn runs(law: Law, rig: &Rig, tracks: &[Track<'_>], frozen: &[Frozen]) -> Vec<Vec<Option<Run>>> {
     let bench = Bench::new(law, rig, tracks);
     let own = candidates(law, rig, tracks, 1.0);
-    fitted::parallel(frozen, |model| model.run(&bench, &own))
+    let run = |model: &Frozen| model.run(&bench, &own);
+    frozen.par_iter().map(run).collect()
 }
 
 /// How much of each accepted effect a refit of everything else hides: one less

@@ -10,7 +10,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::laws::{Law, median_step_s};
 
-use super::fitted::{Bench, Fitted, Set, parallel};
+use super::fitted::{Bench, Fitted, Set};
+use rayon::prelude::*;
 
 /// Sets kept at each size ...
 const BEAM_WIDTH: usize = 3;
@@ -389,16 +390,17 @@ impl<'a> Judge<'a> {
         }
         let bench = self.bench;
         let children: Vec<Fitted> = if self.bench.is_long() {
-            let ranked = parallel(&jobs, |(set, parent)| bench.ranked(set, parent));
-            let mut ranked: Vec<Fitted> = ranked.into_iter().flatten().collect();
+            let rank = |(set, parent): &(Set, &Fitted)| bench.ranked(set, parent);
+            let mut ranked: Vec<Fitted> = jobs.par_iter().filter_map(rank).collect();
             ranked.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
             let rest = ranked.split_off(FINALISTS.min(ranked.len()));
-            let finished = parallel(&ranked, |one| self.finished(one));
+            let finish = |one: &Fitted| self.finished(one);
+            let finished = ranked.par_iter().filter_map(finish).collect();
             self.ranked.extend(rest);
-            finished.into_iter().flatten().collect()
+            finished
         } else {
-            let fitted = parallel(&jobs, |(set, parent)| bench.fit(set, Some(parent)));
-            fitted.into_iter().flatten().collect()
+            let fit = |(set, parent): &(Set, &Fitted)| bench.fit(set, Some(parent));
+            jobs.par_iter().filter_map(fit).collect()
         };
         self.fits += jobs.len();
         self.fitted.extend(children.iter().cloned());

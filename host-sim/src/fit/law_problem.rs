@@ -10,6 +10,7 @@ use crate::laws::{Law, Track, View};
 use crate::model::Values;
 use crate::rig::Rig;
 use model_core::real::{Dual, Real};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// The most parameters that act on one recording at a time.
@@ -219,6 +220,7 @@ impl LawProblem<'_> {
     /// Predicted outputs and states of every recording.
     pub fn predict(&self, values: &[f64]) -> Vec<(Columns, Columns)> {
         (0..self.tracks.len())
+            .into_par_iter()
             .map(|recording| self.predict_one(recording, values))
             .collect()
     }
@@ -288,43 +290,69 @@ impl LawProblem<'_> {
         };
         self.run(recording, &duals, &mut add);
     }
+
+    /// The rows of one recording.
+    fn accumulate_one(&self, recording: usize, values: &[f64], equations: &mut NormalEquations) {
+        let active = self.active(recording);
+        match active.len() {
+            0..=4 => self.accumulate_dual::<4>(recording, &active, values, equations),
+            5..=8 => self.accumulate_dual::<8>(recording, &active, values, equations),
+            9..=12 => self.accumulate_dual::<12>(recording, &active, values, equations),
+            13..=16 => self.accumulate_dual::<16>(recording, &active, values, equations),
+            17..=20 => self.accumulate_dual::<20>(recording, &active, values, equations),
+            21..=24 => self.accumulate_dual::<24>(recording, &active, values, equations),
+            25..=28 => self.accumulate_dual::<28>(recording, &active, values, equations),
+            29..=MOST_ACTIVE => {
+                self.accumulate_dual::<MOST_ACTIVE>(recording, &active, values, equations);
+            }
+            _ => equations.mark_invalid(),
+        }
+    }
+
+    fn accumulate_cost_of(&self, recording: usize, values: &[f64], sums: &mut ResidualSums) {
+        let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+        let recorded = self.recorded(recording);
+        let mut add = |row: usize, outputs: &[f64], _: &[f64]| {
+            if !self.counts(recording, row) {
+                return;
+            }
+            for ((output, column), sigma) in outputs.iter().zip(&recorded).zip(self.sigma) {
+                if self.law.leaves_out(*output) {
+                    continue;
+                }
+                sums.add((output - column[row]) / sigma);
+            }
+        };
+        self.run(recording, &active, &mut add);
+    }
 }
 
+/// Recordings on all cores; their sums are added in the order of the recordings,
+/// so that the number of cores does not show in the result.
 impl LeastSquares for LawProblem<'_> {
     fn accumulate(&mut self, values: &[f64], equations: &mut NormalEquations) {
-        for recording in 0..self.tracks.len() {
-            let active = self.active(recording);
-            match active.len() {
-                0..=4 => self.accumulate_dual::<4>(recording, &active, values, equations),
-                5..=8 => self.accumulate_dual::<8>(recording, &active, values, equations),
-                9..=12 => self.accumulate_dual::<12>(recording, &active, values, equations),
-                13..=16 => self.accumulate_dual::<16>(recording, &active, values, equations),
-                17..=20 => self.accumulate_dual::<20>(recording, &active, values, equations),
-                21..=24 => self.accumulate_dual::<24>(recording, &active, values, equations),
-                25..=MOST_ACTIVE => {
-                    self.accumulate_dual::<MOST_ACTIVE>(recording, &active, values, equations);
-                }
-                _ => equations.mark_invalid(),
-            }
+        let empty = equations.empty_copy();
+        let of_one = |recording: usize| {
+            let mut sums = empty.clone();
+            self.accumulate_one(recording, values, &mut sums);
+            sums
+        };
+        let recordings = (0..self.tracks.len()).into_par_iter();
+        for sums in recordings.map(of_one).collect::<Vec<_>>() {
+            equations.merge(&sums);
         }
     }
 
     fn accumulate_cost(&mut self, values: &[f64], sums: &mut ResidualSums) {
-        for recording in 0..self.tracks.len() {
-            let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
-            let recorded = self.recorded(recording);
-            let mut add = |row: usize, outputs: &[f64], _: &[f64]| {
-                if !self.counts(recording, row) {
-                    return;
-                }
-                for ((output, column), sigma) in outputs.iter().zip(&recorded).zip(self.sigma) {
-                    if self.law.leaves_out(*output) {
-                        continue;
-                    }
-                    sums.add((output - column[row]) / sigma);
-                }
-            };
-            self.run(recording, &active, &mut add);
+        let empty = ResidualSums::new(sums.weighting());
+        let of_one = |recording: usize| {
+            let mut sums = empty.clone();
+            self.accumulate_cost_of(recording, values, &mut sums);
+            sums
+        };
+        let recordings = (0..self.tracks.len()).into_par_iter();
+        for one in recordings.map(of_one).collect::<Vec<_>>() {
+            sums.merge(&one);
         }
     }
 }

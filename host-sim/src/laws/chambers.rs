@@ -1,6 +1,7 @@
 //! Chambers driven by recorded position, command and supply pressure.
 
 use super::{InitialState, Output, Sink, Track, View, delayed};
+use crate::lag::followed;
 use crate::model::{Side, Values};
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -234,9 +235,13 @@ pub(super) fn predict<R: Real>(
         let valve_now = spool
             .as_ref()
             .map(|(valve, spool)| (valve, spool[row - rows.start]));
+        let before = pressures(&sides, &state);
         advance(&pneumatics, &mut state, valve_now, &drive, row);
+        let after = pressures(&sides, &state);
         let dt = R::from_f64(track.dt_s(row));
-        lag(&mut shown, &pressures(&sides, &state), lag_s, dt);
+        for (side, slot) in shown.iter_mut().enumerate() {
+            *slot = followed(*slot, (before[side], after[side]), lag_s, dt);
+        }
         report(&state, &shown, row + 1);
     }
 }
@@ -389,16 +394,4 @@ fn pressures<R: Real>(sides: &[Side], state: &PneumaticState<R>) -> [R; 2] {
         };
     }
     pressures
-}
-
-/// First-order lag of the pressure sensors, exact for a ramp held at its end.
-fn lag<R: Real>(shown: &mut [R; 2], pressures: &[R; 2], lag_s: R, dt_s: R) {
-    let share = if lag_s > R::ZERO {
-        R::ONE - (-(dt_s / lag_s)).exp()
-    } else {
-        R::ONE
-    };
-    for (slot, &pressure) in shown.iter_mut().zip(pressures) {
-        *slot += share * (pressure - *slot);
-    }
 }

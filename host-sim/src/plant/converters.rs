@@ -2,6 +2,7 @@
 //! steps of the converters.
 
 use super::{Sample, values};
+use crate::lag::followed;
 use crate::model::{AxisFault, Side};
 use crate::random::Noise;
 use crate::rig::Rig;
@@ -174,30 +175,29 @@ impl Converters {
 /// `effects.pressure-sensor-lag`: first order, tick by tick.
 #[derive(Clone, Copy, Debug)]
 struct PressureLag {
-    share: f64,
-    shown_pa: Option<[f64; 2]>,
+    lag_s: f64,
+    tick_s: f64,
+    /// The exact pressures and the shown ones of the tick before.
+    before_pa: Option<[[f64; 2]; 2]>,
 }
 
 impl PressureLag {
     fn new(rig: &Rig, tick_s: f64) -> Self {
-        let lag_s = values(rig).effect("pressure-sensor-lag", "time_constant_s", 0.0);
-        let share = if lag_s > 0.0 {
-            1.0 - libm::exp(-tick_s / lag_s)
-        } else {
-            1.0
-        };
         Self {
-            share,
-            shown_pa: None,
+            lag_s: values(rig).effect("pressure-sensor-lag", "time_constant_s", 0.0),
+            tick_s,
+            before_pa: None,
         }
     }
 
     fn shown(&mut self, exact_pa: [f64; 2]) -> [f64; 2] {
-        let before_pa = self.shown_pa.unwrap_or(exact_pa);
-        let step =
-            |place: usize| before_pa[place] + self.share * (exact_pa[place] - before_pa[place]);
+        let [from, shown] = self.before_pa.unwrap_or([exact_pa; 2]);
+        let step = |place: usize| {
+            let way = (from[place], exact_pa[place]);
+            followed(shown[place], way, self.lag_s, self.tick_s)
+        };
         let shown_pa = [step(0), step(1)];
-        self.shown_pa = Some(shown_pa);
+        self.before_pa = Some([exact_pa, shown_pa]);
         shown_pa
     }
 }

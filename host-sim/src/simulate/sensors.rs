@@ -5,6 +5,7 @@
 //! the way back from SI to the column's unit ([`Table`]).
 
 use super::{Sample, Simulation, values};
+use crate::lag::followed;
 use crate::model::Side;
 use crate::random::Noise;
 use crate::recording::{Output, Table};
@@ -100,13 +101,11 @@ fn side_of(pressure_signal: &str) -> Side {
 
 /// A first-order lag, row by row.
 fn lagged(exact: Vec<f64>, lag_s: f64, sample_s: f64) -> Vec<f64> {
-    if lag_s <= 0.0 {
-        return exact;
-    }
-    let share = 1.0 - libm::exp(-sample_s / lag_s);
-    let mut shown = exact.first().copied().unwrap_or(0.0);
+    let mut before = exact.first().copied().unwrap_or(0.0);
+    let mut shown = before;
     let step = |pressure: f64| {
-        shown += share * (pressure - shown);
+        shown = followed(shown, (before, pressure), lag_s, sample_s);
+        before = pressure;
         shown
     };
     exact.into_iter().map(step).collect()
