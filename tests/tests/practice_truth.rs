@@ -128,6 +128,7 @@ fn pressure_errors(rig: &Rig, recording: &Recording) -> Vec<(&'static str, f64)>
         free: &[],
         sigma: &[SENSOR_PA, SENSOR_PA],
         left_out: None,
+        presence: None,
     };
     let parameters = problem.parameters();
     let fit = solve(&mut problem, &parameters, &Options::default()).unwrap();
@@ -173,6 +174,7 @@ fn window_error_m(rig: &Rig, recording: &Recording) -> f64 {
         free: &[],
         sigma: &[1.0],
         left_out: None,
+        presence: None,
     };
     let predicted = &problem.predict(&[])[0].0[0];
     let errors = predicted.iter().zip(problem.recorded(0)[0]);

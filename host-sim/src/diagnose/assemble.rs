@@ -13,9 +13,9 @@ use crate::recording::Recording;
 use crate::rig::Rig;
 use std::collections::BTreeMap;
 
-/// An improved model that explains less than this of what was missing leaves
-/// the verdict at unknown.
-const EXPLAINED: f64 = 0.5;
+/// An improved model that explains less than this of the energy of what was
+/// missing (that does not even halve its amplitude) leaves the verdict at unknown.
+const EXPLAINED: f64 = 0.75;
 
 /// Held-out error over the refitted baseline's from which named effects are
 /// refuted: 2 % is within what estimating the initial states moves.

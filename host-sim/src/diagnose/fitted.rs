@@ -4,7 +4,7 @@
 use super::candidates::Candidate;
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
-use crate::fit::{NoiseVariance, Options, Parameter, solve};
+use crate::fit::{NoiseVariance, Options, Parameter, Presence, solve};
 use crate::laws::{Law, Track, balance};
 use crate::rig::Rig;
 use rayon::prelude::*;
@@ -56,6 +56,8 @@ pub struct Fitted {
     pub shared: usize,
     /// Mean squared residual per output, SI squared.
     pub mean_square: Vec<f64>,
+    /// When its effect is there, if for a part of the time only.
+    pub presence: Option<Presence>,
 }
 
 /// Enough to see which start leads down.
@@ -188,7 +190,7 @@ impl<'a> Bench<'a> {
     /// fair start of an effect that a refit has hidden.
     pub fn as_given(&self, like: &Fitted) -> Fitted {
         let mut given = self.restricted(like, &[]);
-        let starts = self.with_problem(&[], self.tracks, |problem| problem.parameters());
+        let starts = self.with_problem(&[], self.tracks, None, |problem| problem.parameters());
         for (value, parameter) in given.values.iter_mut().zip(starts) {
             *value = parameter.start;
         }
@@ -224,6 +226,7 @@ impl<'a> Bench<'a> {
             free: &free,
             sigma: &sigma,
             left_out: left_out.map(|fold| (&self.folds, fold)),
+            presence: parent.and_then(|parent| self.presence_in(set, parent)),
         };
         let names = problem.names();
         let parameters = self.started(problem.parameters(), &names, set, parent, start);
@@ -250,8 +253,18 @@ impl<'a> Bench<'a> {
             at_bound: fit.at_bound,
             shared: shared_count(&free),
             mean_square,
+            presence: problem.presence.cloned(),
         };
         Some((fit.cost, fitted))
+    }
+
+    /// When the effects of a set are there, as the model knows that it is built on.
+    fn presence_in<'p>(&self, set: &[usize], model: &'p Fitted) -> Option<&'p Presence> {
+        let presence = model.presence.as_ref()?;
+        let mut effects = set.iter().map(|&index| self.candidates[index].effect);
+        effects
+            .any(|effect| effect == presence.effect)
+            .then_some(presence)
     }
 
     fn count_work(&self, iterations: usize, parameters: usize) {
@@ -364,7 +377,8 @@ impl<'a> Bench<'a> {
 
     /// Predictions of a fitted model for other tracks of the same recordings.
     pub fn predicted_on(&self, fitted: &Fitted, tracks: &[Track<'_>]) -> Vec<Columns> {
-        self.with_problem(&fitted.set, tracks, |problem| {
+        let presence = fitted.presence.as_ref();
+        self.with_problem(&fitted.set, tracks, presence, |problem| {
             let predicted = problem.predict(&fitted.values).into_iter();
             predicted.map(|(columns, _)| columns).collect()
         })
@@ -372,7 +386,8 @@ impl<'a> Bench<'a> {
 
     /// Residuals of a fitted model.
     pub fn residuals_of(&self, fitted: &Fitted) -> Vec<Vec<Vec<f64>>> {
-        self.with_problem(&fitted.set, self.tracks, |problem| {
+        let presence = fitted.presence.as_ref();
+        self.with_problem(&fitted.set, self.tracks, presence, |problem| {
             self.residuals(problem, &fitted.values)
         })
     }
@@ -382,6 +397,7 @@ impl<'a> Bench<'a> {
         &self,
         set: &[usize],
         tracks: &[Track<'_>],
+        presence: Option<&Presence>,
         work: impl FnOnce(&LawProblem<'_>) -> T,
     ) -> T {
         let (rig, free, sigma) = (self.switched(set), self.free(set), self.spread());
@@ -392,12 +408,13 @@ impl<'a> Bench<'a> {
             free: &free,
             sigma: &sigma,
             left_out: None,
+            presence,
         })
     }
 
     /// The same model with some of its effects switched off and nothing refitted.
     pub fn restricted(&self, fitted: &Fitted, set: &[usize]) -> Fitted {
-        let (names, starts) = self.with_problem(set, self.tracks, |problem| {
+        let (names, starts) = self.with_problem(set, self.tracks, None, |problem| {
             (problem.names(), problem.parameters())
         });
         let values = names.iter().zip(&starts);
@@ -410,6 +427,7 @@ impl<'a> Bench<'a> {
             at_bound: vec![false; names.len()],
             shared: shared_count(&self.free(set)),
             mean_square: fitted.mean_square.clone(),
+            presence: self.presence_in(set, fitted).cloned(),
             names,
         }
     }

@@ -14,6 +14,7 @@
 
 pub mod candidates;
 pub mod fitted;
+pub mod intermittent;
 pub mod knowability;
 pub mod locate;
 pub mod noise;
@@ -260,9 +261,9 @@ fn diagnose_law(
         )
     };
     let frozen = vec![
-        Frozen::new(&full, &[], &BTreeMap::new()),
-        Frozen::new(&full, &[], &baseline.shared_values()),
-        Frozen::new(&full, &improved.set, &improved.shared_values()),
+        Frozen::given(rig),
+        Frozen::new(&full, &baseline),
+        Frozen::new(&full, &improved),
     ];
     let masked = masked(&bench, &outcome);
     let shown = shown(&full, law, &baseline);

@@ -6,13 +6,12 @@
 //! sample, and a model must not win by where it happened to start.
 
 use super::candidates::Candidate;
-use super::fitted::{Bench, Columns};
+use super::fitted::{Bench, Columns, Fitted};
+use super::noise;
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
-use crate::fit::{NoiseVariance, Options, solve};
+use crate::fit::{NoiseVariance, Options, Presence, solve};
 use crate::laws::{Law, Track, View};
-use crate::model::Values;
 use crate::rig::Rig;
-use std::collections::BTreeMap;
 
 /// A model whose shared parameters are numbers.
 #[derive(Clone, Debug)]
@@ -21,6 +20,9 @@ pub struct Frozen {
     pub rig: Rig,
     /// Names of the effects whose parameters belong to a recording.
     pub own: Vec<&'static str>,
+    /// The effect that is there for a part of the time; when is estimated from
+    /// each recording.
+    pub intermittent: Option<&'static str>,
 }
 
 /// A model run against one recording.
@@ -35,20 +37,35 @@ pub struct Run {
     pub horizon: Vec<f64>,
     /// Parameters of this recording that were estimated, by name.
     pub own: Vec<(String, f64)>,
+    /// When an effect that is there for a part of the time is there, s.
+    pub there_s: Option<(f64, f64)>,
 }
 
 impl Frozen {
     /// A set of effects of a bench with fitted values.
-    pub fn new(bench: &Bench<'_>, set: &[usize], shared: &BTreeMap<String, f64>) -> Self {
-        let own = set
+    pub fn new(bench: &Bench<'_>, model: &Fitted) -> Self {
+        let own = model
+            .set
             .iter()
             .map(|&index| &bench.candidates[index])
             .filter(|candidate| has_own(candidate))
             .map(|candidate| candidate.effect)
             .collect();
         Self {
-            rig: bench.switched(set).with_values(shared),
+            rig: bench
+                .switched(&model.set)
+                .with_values(&model.shared_values()),
             own,
+            intermittent: model.presence.as_ref().map(|presence| presence.effect),
+        }
+    }
+
+    /// The rig as it was given.
+    pub fn given(rig: &Rig) -> Self {
+        Self {
+            rig: rig.clone(),
+            own: Vec::new(),
+            intermittent: None,
         }
     }
 
@@ -76,6 +93,9 @@ impl Frozen {
             .collect();
         let tracks = std::slice::from_ref(track);
         let sigma = bench.spread();
+        let presence = self
+            .intermittent
+            .and_then(|effect| self.seen(bench.law.searched_by(), effect, &free, tracks));
         let mut problem = LawProblem {
             law: bench.law,
             rig: &self.rig,
@@ -83,6 +103,7 @@ impl Frozen {
             free: &free,
             sigma: &sigma,
             left_out: None,
+            presence: presence.as_ref(),
         };
         let values = own_values(&mut problem)?;
         let names = problem.names();
@@ -90,13 +111,45 @@ impl Frozen {
         let recorded = problem.recorded(0);
         let free_run = mean_squares(&predicted, &recorded);
         let keys: Vec<String> = free.iter().map(|free| free.key.clone()).collect();
-        let horizon = self.horizon(bench.law, track, (&keys, &values), &states, &recorded);
+        let there = presence.as_ref();
+        let horizon = self.horizon(&problem, (&keys, &values), &states, &recorded);
         Some(Run {
             free_run,
             horizon,
             predicted,
             own: names.into_iter().zip(values).collect(),
+            there_s: there.map(|presence| presence.spans_s[0]),
         })
+    }
+
+    /// When an effect is there in a recording: where the model with it predicts
+    /// better than the one without.
+    fn seen(
+        &self,
+        law: Law,
+        effect: &'static str,
+        free: &[FreeParameter],
+        tracks: &[Track<'_>],
+    ) -> Option<Presence> {
+        let sigma = noise::of_outputs(law, &self.rig, tracks);
+        let nowhere = Presence::nowhere(effect, tracks.len());
+        let squares = |presence: Option<&Presence>| {
+            let mut problem = LawProblem {
+                law,
+                rig: &self.rig,
+                tracks,
+                free,
+                sigma: &sigma,
+                left_out: None,
+                presence,
+            };
+            let values = own_values(&mut problem)?;
+            let (predicted, _) = problem.predict(&values).into_iter().next()?;
+            Some(row_squares(&predicted, &problem.recorded(0), &sigma))
+        };
+        let (with, without) = (squares(None)?, squares(Some(&nowhere))?);
+        let gain = |_: usize, row: usize| without[row] - with[row];
+        Some(Presence::of_largest_gain(effect, tracks, gain))
     }
 
     /// Mean squares over windows of the rig's horizon. Each window starts from
@@ -104,17 +157,12 @@ impl Frozen {
     /// from the rows up to then.
     fn horizon(
         &self,
-        law: Law,
-        track: &Track<'_>,
+        problem: &LawProblem<'_>,
         (keys, own): (&[String], &[f64]),
         states: &Columns,
         recorded: &[&[f64]],
     ) -> Vec<f64> {
-        let values = Values {
-            rig: &self.rig,
-            keys,
-            replaced: &own[..keys.len()],
-        };
+        let (law, track) = (problem.law, &problem.tracks[0]);
         let mut sums = vec![(0.0, 0_usize); recorded.len()];
         for rows in windows(&track.recording.time_s, self.rig.horizon_s()) {
             let start: Vec<f64> = law
@@ -135,7 +183,7 @@ impl Frozen {
                     }
                 }
             };
-            law.predict(&values, track, rows, &start, &mut add);
+            problem.predict_rows((0, rows), (keys, &own[..keys.len()]), &start, &mut add);
         }
         sums.iter()
             .map(|(sum, count)| sum / (*count).max(1) as f64)
@@ -180,8 +228,23 @@ fn own_values(problem: &mut LawProblem<'_>) -> Option<Vec<f64>> {
         tracks: problem.tracks,
         free: problem.free,
         left_out: None,
+        presence: None,
     };
     Some(solve(&mut second, &parameters, &options).ok()?.values)
+}
+
+/// Squared errors of each row in units of the noise, over all outputs.
+fn row_squares(predicted: &Columns, recorded: &[&[f64]], sigma: &[f64]) -> Vec<f64> {
+    let mut squares = vec![0.0; predicted.first().map_or(0, Vec::len)];
+    for ((column, seen), sigma) in predicted.iter().zip(recorded).zip(sigma) {
+        for (sum, (p, r)) in squares.iter_mut().zip(column.iter().zip(*seen)) {
+            let error = (p - r) / sigma;
+            if error.is_finite() {
+                *sum += error * error;
+            }
+        }
+    }
+    squares
 }
 
 fn mean_squares(predicted: &Columns, recorded: &[&[f64]]) -> Vec<f64> {

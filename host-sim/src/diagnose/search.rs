@@ -11,6 +11,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::laws::{Law, median_step_s};
 
 use super::fitted::{Bench, Fitted, Set};
+use super::intermittent;
+use crate::fit::Presence;
 use rayon::prelude::*;
 
 /// Sets kept at each size ...
@@ -41,6 +43,9 @@ const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
 /// Misfits below this part of the noise variance are not looked at: the least
 /// denominator of a share.
 const LEAST_MISFIT: f64 = 0.05;
+
+/// Effects that do nothing, at their smallest, but shift a signal in time.
+const SHIFTS_IN_TIME: [&str; 3] = ["position-time-skew", "pressure-sensor-lag", "valve-delay"];
 
 /// A misfit whose energy is this much above the noise's is noise.
 const TO_THE_NOISE: f64 = 0.05;
@@ -85,6 +90,12 @@ impl Evidence {
             at_bound: false,
             accepted: false,
         }
+    }
+
+    /// It was good until something better was found.
+    fn decline(&mut self) {
+        self.accepted = false;
+        self.probability = self.probability.min(1.0 - self.probability).max(0.01);
     }
 
     /// Why it was declined, in words; `None` if it was not.
@@ -145,6 +156,13 @@ impl Outcome {
     }
 }
 
+/// An effect found for a part of the time.
+struct Intermittent {
+    model: Fitted,
+    evidence: Evidence,
+    rivals: Vec<(usize, usize)>,
+}
+
 /// Fits the baseline: twice, so that priors are weighed against what it leaves
 /// unexplained and not against the signal's spread.
 pub fn baseline(bench: &Bench<'_>) -> Option<Fitted> {
@@ -163,8 +181,22 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     let mut evidence = kept;
     let mut declined = declined_evidence(&mut judge, &improved);
     declined.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let rivals = rivals(&mut judge, &improved, &declined);
+    let mut rivals = rivals(&mut judge, &improved, &declined);
     evidence.extend(declined);
+    let mut improved = improved;
+    // Two effects that are there always can imitate one that is not.
+    let is_plain = improved.set.len() < 2 && judge.is_explained(&improved);
+    if !is_plain && !judge.is_noise(&improved) {
+        progress("effects that are there for a part of the time");
+        if let Some(found) = judge.intermittent(&improved) {
+            evidence.retain(|one| one.candidate != found.evidence.candidate);
+            for one in &mut evidence {
+                one.decline();
+            }
+            evidence.insert(0, found.evidence);
+            (improved, rivals) = (found.model, found.rivals);
+        }
+    }
     Outcome {
         baseline: baseline.clone(),
         improved,
@@ -283,7 +315,7 @@ fn rivals(judge: &mut Judge<'_>, improved: &Fitted, declined: &[Evidence]) -> Ve
 struct Judge<'a> {
     bench: &'a Bench<'a>,
     baseline: &'a Fitted,
-    judged: Vec<(Set, Judged)>,
+    judged: Vec<((Set, Option<Presence>), Judged)>,
     fitted: Vec<Fitted>,
     /// Ranked only, not fitted to the end.
     ranked: Vec<Fitted>,
@@ -429,6 +461,38 @@ impl<'a> Judge<'a> {
         self.bench.fit(&ranked.set, Some(self.baseline))
     }
 
+    /// The effect that explains most when it need not be there always, if it
+    /// explains plainly more than what was found so far; with those that do as well.
+    fn intermittent(&mut self, improved: &Fitted) -> Option<Intermittent> {
+        let score = |fitted: &Fitted| self.score(fitted);
+        let followed = intermittent::search(self.bench, self.baseline, &score);
+        let model = followed.first()?.clone();
+        let &[candidate] = model.set.as_slice() else {
+            return None;
+        };
+        if self.ratio(&model, improved) > PLAIN_RATIO_AMONG_MANY {
+            return None;
+        }
+        let baseline = self.baseline.clone();
+        let evidence = self.evidence(&model, &baseline, candidate);
+        let effect = |fitted: &Fitted| self.bench.candidates[fitted.set[0]].effect;
+        let others: Vec<&Fitted> = followed[1..]
+            .iter()
+            .filter(|other| effect(other) != effect(&model))
+            .collect();
+        let mut rivals = Vec::new();
+        for other in others {
+            if self.ratio(&model, other) > PLAIN_RATIO {
+                rivals.push((candidate, other.set[0]));
+            }
+        }
+        evidence.accepted.then_some(Intermittent {
+            model,
+            evidence,
+            rivals,
+        })
+    }
+
     /// Two forms of one effect at one place are rivals, not partners.
     fn compatible(&self, set: &Set) -> bool {
         let candidates = &self.bench.candidates;
@@ -472,7 +536,8 @@ impl<'a> Judge<'a> {
     }
 
     fn judged(&mut self, model: &Fitted) -> Judged {
-        if let Some((_, known)) = self.judged.iter().find(|(set, _)| *set == model.set) {
+        let key = (model.set.clone(), model.presence.clone());
+        if let Some((_, known)) = self.judged.iter().find(|(known, _)| *known == key) {
             return known.clone();
         }
         // With tens of thousands of rows to some twenty parameters, data in and
@@ -484,7 +549,7 @@ impl<'a> Judge<'a> {
             self.fits += self.bench.folds.count;
             self.bench.cross_validate(model)
         };
-        self.judged.push((model.set.clone(), judged.clone()));
+        self.judged.push((key, judged.clone()));
         judged
     }
 
@@ -581,13 +646,15 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Whether a time skew is no more than the order in which a logger reads its
-    /// channels: a row and a half; half a row where one logger served a whole
-    /// axis at a steady rate.
+    /// Whether an effect that is nothing but a shift in time is no more than the
+    /// order in which a logger reads its channels: a row and a half; half a row
+    /// where one logger served a whole axis at a steady rate.
     fn is_sampling(&self, model: &Fitted, candidate: usize) -> bool {
-        if self.bench.candidates[candidate].effect != "position-time-skew" {
+        let effect = self.bench.candidates[candidate].effect;
+        if !SHIFTS_IN_TIME.contains(&effect) {
             return false;
         }
+        let prefix = format!("effects.{effect}.");
         let rows = self.bench.tracks.iter();
         let row_s = rows
             .map(|track| median_step_s(&track.recording.time_s))
@@ -597,10 +664,10 @@ impl<'a> Judge<'a> {
         } else {
             1.5
         };
-        let skews = model.names.iter().zip(&model.values);
-        skews
-            .filter(|(name, _)| name.contains("position-time-skew"))
-            .all(|(_, skew)| skew.abs() < sampling * row_s)
+        let shifts = model.names.iter().zip(&model.values);
+        shifts
+            .filter(|(name, _)| name.starts_with(&prefix))
+            .all(|(_, shift)| shift.abs() < sampling * row_s)
     }
 
     /// Whether every parameter of the effect stands on a bound.

@@ -5,7 +5,7 @@
 //! are run with dual numbers over the shared ones and those of the recording at
 //! hand, so the cost of derivatives does not grow with the number of recordings.
 
-use super::{LeastSquares, NormalEquations, Parameter, ResidualSums};
+use super::{LeastSquares, NormalEquations, Parameter, Presence, ResidualSums};
 use crate::laws::{Law, Track, View};
 use crate::model::Values;
 use crate::rig::Rig;
@@ -95,6 +95,33 @@ pub struct LawProblem<'a> {
     pub sigma: &'a [f64],
     /// A fold whose rows are not counted.
     pub left_out: Option<(&'a Folds, usize)>,
+    /// An effect that is there for a part of the time only.
+    pub presence: Option<&'a Presence>,
+}
+
+/// The model of a recording; and the one without an effect that is not always
+/// there, with the rows in which it is.
+struct Models<'v, R> {
+    with: Values<'v, R>,
+    without: Option<(Values<'v, R>, Range<usize>)>,
+}
+
+impl<'v, R> Models<'v, R> {
+    /// A stretch of rows cut where the effect comes or goes.
+    fn pieces(&self, rows: &Range<usize>) -> Vec<(Range<usize>, &Values<'v, R>)> {
+        let Some((without, there)) = &self.without else {
+            return vec![(rows.clone(), &self.with)];
+        };
+        let from = there.start.clamp(rows.start, rows.end);
+        let to = there.end.clamp(from, rows.end);
+        let mut pieces = vec![
+            (rows.start..from, without),
+            (from..to, &self.with),
+            (to..rows.end, without),
+        ];
+        pieces.retain(|(piece, _)| !piece.is_empty());
+        pieces
+    }
 }
 
 impl LawProblem<'_> {
@@ -195,25 +222,107 @@ impl LawProblem<'_> {
     ) {
         let keys = self.keys();
         let (own, initial) = active.split_at(keys.len());
-        let values = Values {
-            rig: self.rig,
-            keys: &keys,
-            replaced: own,
-        };
         let track = &self.tracks[recording];
-        let Some(window_s) = self.law.fit_window_s() else {
-            self.law
-                .predict(&values, track, 0..track.len(), initial, sink);
-            return;
+        self.with_models(recording, &keys, own, |models| {
+            let Some(window_s) = self.law.fit_window_s() else {
+                return self.run_stretch(models, track, 0..track.len(), initial, sink);
+            };
+            for rows in windows(&track.recording.time_s, window_s) {
+                let start: Vec<R> = self
+                    .law
+                    .initial_states(self.rig, track.recording, rows.start, View::Centred)
+                    .iter()
+                    .map(|state| R::from_f64(state.guess))
+                    .collect();
+                self.run_stretch(models, track, rows, &start, sink);
+            }
+        });
+    }
+
+    /// Predicts some rows of a recording from the states at their start, with
+    /// numbers for the keys.
+    pub fn predict_rows(
+        &self,
+        (recording, rows): (usize, Range<usize>),
+        (keys, values): (&[String], &[f64]),
+        start: &[f64],
+        sink: &mut impl FnMut(usize, &[f64], &[f64]),
+    ) {
+        let track = &self.tracks[recording];
+        self.with_models(recording, keys, values, |models| {
+            self.run_stretch(models, track, rows, start, sink);
+        });
+    }
+
+    /// Hands out the model, and the one without the effect that is not always there.
+    fn with_models<R: Real, T>(
+        &self,
+        recording: usize,
+        keys: &[String],
+        values: &[R],
+        work: impl FnOnce(&Models<'_, R>) -> T,
+    ) -> T {
+        let with = Values {
+            rig: self.rig,
+            keys,
+            replaced: values,
         };
-        for rows in windows(&track.recording.time_s, window_s) {
-            let start: Vec<R> = self
-                .law
-                .initial_states(self.rig, track.recording, rows.start, View::Centred)
-                .iter()
-                .map(|state| R::from_f64(state.guess))
-                .collect();
-            self.law.predict(&values, track, rows, &start, sink);
+        let Some(presence) = self.presence else {
+            return work(&Models {
+                with,
+                without: None,
+            });
+        };
+        let rig = presence.rig_without(self.rig);
+        let pairs = keys.iter().cloned().zip(values.iter().copied());
+        let (kept, values): (Vec<String>, Vec<R>) =
+            pairs.filter(|(key, _)| !presence.owns(key)).unzip();
+        let without = Values {
+            rig: &rig,
+            keys: &kept,
+            replaced: &values,
+        };
+        let there = presence.rows(recording, &self.tracks[recording].recording.time_s);
+        work(&Models {
+            with,
+            without: Some((without, there)),
+        })
+    }
+
+    /// Predicts a stretch of rows, piece after piece, each by the model that holds.
+    fn run_stretch<R: Real>(
+        &self,
+        models: &Models<'_, R>,
+        track: &Track<'_>,
+        rows: Range<usize>,
+        start: &[R],
+        sink: &mut impl FnMut(usize, &[R], &[R]),
+    ) {
+        let mut state = start.to_vec();
+        for (piece, values) in models.pieces(&rows) {
+            if !self.law.has_states() {
+                let mut show = |row: usize, outputs: &[R], states: &[R]| {
+                    if piece.contains(&row) {
+                        sink(row, outputs, states);
+                    }
+                };
+                self.law
+                    .predict(values, track, rows.clone(), start, &mut show);
+                continue;
+            }
+            // One row more, from which the next piece goes on.
+            let end = (piece.end + 1).min(rows.end);
+            let start = std::mem::take(&mut state);
+            let mut show = |row: usize, outputs: &[R], states: &[R]| {
+                if row > piece.start || row == rows.start {
+                    sink(row, outputs, states);
+                }
+                if row + 1 == end {
+                    state.extend_from_slice(states);
+                }
+            };
+            self.law
+                .predict(values, track, piece.start..end, &start, &mut show);
         }
     }
 

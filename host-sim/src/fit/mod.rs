@@ -2,15 +2,18 @@
 //!
 //! - [`normal_equations`]: what a problem adds its rows to
 //! - [`law_problem`]: a law driven by recordings as such a problem
+//! - [`presence`]: an effect that is there for a part of the time
 //! - [`levenberg_marquardt`]: bounded least squares with priors
 //! - [`uncertainty`]: what the data say about the parameters, and what they leave open
 
 pub mod law_problem;
 pub mod levenberg_marquardt;
 pub mod normal_equations;
+pub mod presence;
 pub mod uncertainty;
 
 pub use levenberg_marquardt::{
     Fit, FitError, LeastSquares, NoiseVariance, Options, Parameter, Prior, Reason, solve,
 };
 pub use normal_equations::{NormalEquations, ResidualSums, RowWeighting};
+pub use presence::Presence;

@@ -232,6 +232,7 @@ fn acts(law: Law, rig: &Rig, tracks: &[Track<'_>], free: &FreeParameter) -> bool
         free,
         sigma: &sigma,
         left_out: None,
+        presence: None,
     };
     let names = problem.names();
     let starts: Vec<f64> = problem.parameters().iter().map(|one| one.start).collect();

@@ -289,6 +289,7 @@ fn problem<'a>(task: &'a LawTask<'_>, sigma: &'a [f64]) -> LawProblem<'a> {
         free: &task.free,
         sigma,
         left_out: None,
+        presence: None,
     }
 }
 

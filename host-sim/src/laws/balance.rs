@@ -407,7 +407,7 @@ impl<R: Real> PressureReading<'_, R> {
             return shown;
         }
         // Over as many rows as a lag lasts: the bump averages the rest.
-        const REACH: usize = 2;
+        const REACH: usize = 1;
         let (from, to) = (
             row.saturating_sub(REACH),
             (row + REACH).min(recorded_pa.len() - 1),

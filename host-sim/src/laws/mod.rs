@@ -206,6 +206,11 @@ impl Law {
         self == Self::Balance && output.is_nan()
     }
 
+    /// Whether a row depends on the rows before it by more than was recorded.
+    pub fn has_states(self) -> bool {
+        !matches!(self, Self::Force | Self::Balance)
+    }
+
     /// Whether a fit of it takes seconds on long recordings.
     pub fn is_dear(self) -> bool {
         matches!(self, Self::Chambers | Self::Balance)

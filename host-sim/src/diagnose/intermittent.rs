@@ -1,0 +1,132 @@
+//! An effect that is there for a part of the time only: it begins, or comes and
+//! goes.
+//!
+//! Fitted to all rows such an effect explains little: where it is not, it does
+//! harm. When it is there follows from the data: first the span in which the
+//! baseline misses most, then, with the effect fitted to that, the span in which
+//! the model with it predicts better than the one without, until that stays.
+
+use super::fitted::{Bench, Fitted};
+use crate::fit::Presence;
+use crate::laws::View;
+use rayon::prelude::*;
+
+/// Effects that are followed to the end.
+const FINALISTS: usize = 4;
+/// Fits with the span found anew. It stays after two or three.
+const MOST_PASSES: usize = 6;
+/// An effect that is there in more of the rows than this is there always.
+const ALWAYS: f64 = 0.9;
+
+/// The best models of one effect in a part of the time, best first.
+pub fn search(
+    bench: &Bench<'_>,
+    baseline: &Fitted,
+    score: &(impl Fn(&Fitted) -> f64 + Sync),
+) -> Vec<Fitted> {
+    let missed = row_squares(bench, &bench.residuals_of(baseline));
+    let rows: usize = missed.iter().map(Vec::len).sum();
+    let usual = missed.iter().flatten().sum::<f64>() / rows.max(1) as f64;
+    let begin = |candidate: usize| {
+        let effect = bench.candidates[candidate].effect;
+        let excess = |recording: usize, row: usize| missed[recording][row] - usual;
+        let parent = Fitted {
+            presence: Some(Presence::of_largest_gain(effect, bench.tracks, excess)),
+            ..baseline.clone()
+        };
+        bench.ranked(&vec![candidate], &parent)
+    };
+    let candidates: Vec<usize> = (0..bench.candidates.len())
+        .filter(|&candidate| may_begin(bench, candidate))
+        .collect();
+    let mut ranked: Vec<Fitted> = candidates.into_par_iter().filter_map(begin).collect();
+    ranked.sort_by(|a, b| score(a).total_cmp(&score(b)));
+    ranked.truncate(FINALISTS);
+    let mut followed: Vec<Fitted> = ranked
+        .into_par_iter()
+        .filter_map(|one| follow(bench, one))
+        .collect();
+    followed.sort_by(|a, b| score(a).total_cmp(&score(b)));
+    followed
+}
+
+/// Whether the law can be run with and without the effect by turns: it adds
+/// nothing but parameters of its own, and the rig does not have it already.
+fn may_begin(bench: &Bench<'_>, candidate: usize) -> bool {
+    let candidate = &bench.candidates[candidate];
+    let (Some(track), prefix) = (
+        bench.tracks.first(),
+        format!("effects.{}.", candidate.effect),
+    ) else {
+        return false;
+    };
+    let switches = candidate.switches.iter().map(|(key, _)| key);
+    let mut keys = switches.chain(candidate.free.iter().map(|free| &free.key));
+    let with = bench
+        .rig
+        .with_values(&candidate.switches.iter().cloned().collect());
+    let states = |rig| {
+        let states = bench
+            .law
+            .initial_states(rig, track.recording, 0, View::Centred);
+        states.len()
+    };
+    keys.all(|key| key.starts_with(&prefix))
+        && !bench.rig.effects.contains_key(candidate.effect)
+        && states(bench.rig) == states(&with)
+}
+
+/// Fits the effect, finds anew when it is there, and so on until that stays.
+/// `None` where it turns out to be there always or never.
+fn follow(bench: &Bench<'_>, mut model: Fitted) -> Option<Fitted> {
+    for _ in 0..MOST_PASSES {
+        model = bench.finished(&model)?;
+        let seen = seen(bench, &model)?;
+        let share = seen.share(bench.tracks);
+        if !(share > 0.0 && share < ALWAYS) {
+            return None;
+        }
+        if model.presence.as_ref() == Some(&seen) {
+            break;
+        }
+        model.presence = Some(seen);
+    }
+    bench.finished(&model)
+}
+
+/// When the model with its effect predicts better than without it.
+fn seen(bench: &Bench<'_>, model: &Fitted) -> Option<Presence> {
+    let effect = model.presence.as_ref()?.effect;
+    let squares = |presence: Option<Presence>| {
+        let other = Fitted {
+            presence,
+            ..model.clone()
+        };
+        row_squares(bench, &bench.residuals_of(&other))
+    };
+    let with = squares(None);
+    let without = squares(Some(Presence::nowhere(effect, bench.tracks.len())));
+    Some(Presence::of_largest_gain(
+        effect,
+        bench.tracks,
+        |recording, row| without[recording][row] - with[recording][row],
+    ))
+}
+
+/// Squared residuals of each recording's rows in units of the noise, over all
+/// outputs; what is not predicted counts as nought.
+fn row_squares(bench: &Bench<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
+    let lengths = bench.tracks.iter().map(|track| track.len());
+    let mut squares: Vec<Vec<f64>> = lengths.map(|rows| vec![0.0; rows]).collect();
+    for (columns, noise) in residuals.iter().zip(&bench.noise) {
+        for (column, sums) in columns.iter().zip(&mut squares) {
+            for (residual, sum) in column.iter().zip(sums) {
+                let square = (residual / noise).powi(2);
+                if square.is_finite() {
+                    *sum += square;
+                }
+            }
+        }
+    }
+    squares
+}
