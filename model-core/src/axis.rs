@@ -22,6 +22,7 @@ pub struct CommandPath<R> {
     hysteresis: ValveHysteresis<R>,
     slew: SlewLimit<R>,
     spool: SpoolTransition<R>,
+    spool_lag_s: R,
     dt_s: R,
 }
 
@@ -60,8 +61,14 @@ impl<R: Real> CommandPath<R> {
             hysteresis,
             slew,
             spool: spool.transition(dt_s),
+            spool_lag_s: spool.lag_s(),
             dt_s,
         }
+    }
+
+    /// How far the spool is behind a command that goes in steps of this size, s.
+    pub fn lag_s(&self, step_v: R) -> R {
+        self.delay.delay_s + self.slew.lag_s(step_v) + self.spool_lag_s
     }
 
     /// The same path, with this spool where it has none.
@@ -70,6 +77,7 @@ impl<R: Real> CommandPath<R> {
         if self.spool.follows_at_once() {
             Self {
                 spool: spool.transition(self.dt_s),
+                spool_lag_s: spool.lag_s(),
                 ..self
             }
         } else {

@@ -87,6 +87,25 @@ impl<R: Real> ObserverState<R> {
                 + self.friction_excess.viscous_n_s_per_m,
         }
     }
+
+    /// The levels that hold here and now for a motion of this velocity: as learned,
+    /// with everything that the rig says of pressures, place, direction and rest.
+    #[inline]
+    pub fn friction_at(&self, axis: &Axis<R>, velocity_m_per_s: R) -> FrictionLevels<R> {
+        let ambient = axis.carriage.ambient_pressure_pa;
+        let [a, b] = [&self.pneumatics.a, &self.pneumatics.b].map(|gas| gas.pressure_pa.value);
+        let levels = axis
+            .friction_terms
+            .levels(&self.friction(axis), a - ambient, b - ambient);
+        if axis.carriage.effects.is_none() {
+            return levels;
+        }
+        let moving = CarriageState {
+            velocity_m_per_s,
+            ..self.carriage
+        };
+        axis.carriage.levels(&moving, levels)
+    }
 }
 
 /// Shift of the valve's opening edges, V: on the side above the null and on the

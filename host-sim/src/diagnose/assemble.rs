@@ -8,6 +8,7 @@ use super::verdict::{
 };
 use super::words::{self, Size};
 use super::{LawDiagnosis, Model, knowability};
+use crate::fit::Presence;
 use crate::inspect::Fault;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -56,7 +57,7 @@ pub fn verdict(
     // What is named in one law stays named, whatever else is missing in another.
     let unsolved = refuted || (unknown_term.is_some() && !laws.iter().any(is_solved));
     let kind = kind(laws, faults, &alternatives, unsolved);
-    let located = located(laws);
+    let located = located(laws, train);
     let mut sentence = if refuted {
         refuted_sentence(laws, &alternatives)
     } else {
@@ -65,7 +66,7 @@ pub fn verdict(
     if let (Kind::Named | Kind::Ambiguous, Some(term)) = (kind, &unknown_term) {
         sentence = format!("{sentence} {}", beside_sentence(term));
     }
-    let notes = notes(laws, &held_out);
+    let notes = notes(laws, &held_out, train);
     Verdict {
         format: "verdict/1",
         verdict: kind,
@@ -220,7 +221,7 @@ fn alternatives(laws: &[LawDiagnosis]) -> Vec<Vec<String>> {
         .collect()
 }
 
-fn located(laws: &[LawDiagnosis]) -> Vec<Located> {
+fn located(laws: &[LawDiagnosis], train: &[Recording]) -> Vec<Located> {
     let mut all: Vec<Located> = laws
         .iter()
         .flat_map(|law| law.located.iter())
@@ -237,7 +238,7 @@ fn located(laws: &[LawDiagnosis]) -> Vec<Located> {
         for &index in &law.improved.set {
             for place in &law.candidates[index].places {
                 if !all.iter().any(|located| located.place == *place) {
-                    all.push(implied(law, index, place));
+                    all.push(implied(law, index, place, train));
                 }
             }
         }
@@ -247,7 +248,7 @@ fn located(laws: &[LawDiagnosis]) -> Vec<Located> {
 }
 
 /// A place that shows only through an effect that was named there.
-fn implied(law: &LawDiagnosis, index: usize, place: &str) -> Located {
+fn implied(law: &LawDiagnosis, index: usize, place: &str, train: &[Recording]) -> Located {
     let share = law
         .evidence
         .iter()
@@ -262,9 +263,40 @@ fn implied(law: &LawDiagnosis, index: usize, place: &str) -> Located {
         } else {
             vec![signal.to_owned()]
         },
-        intervals_s: Vec::new(),
+        intervals_s: spans(law, index, train),
         when: format!("found through {}", law.candidates[index].effect),
     }
+}
+
+/// When an effect is there, if for a part of the time only.
+fn presence(law: &LawDiagnosis, candidate: usize) -> Option<&Presence> {
+    let presence = law.improved.presence.as_ref()?;
+    (presence.effect == law.candidates[candidate].effect).then_some(presence)
+}
+
+/// The spans in which it is there, by recording.
+fn spans(law: &LawDiagnosis, candidate: usize, train: &[Recording]) -> Vec<(String, f64, f64)> {
+    let Some(presence) = presence(law, candidate) else {
+        return Vec::new();
+    };
+    let recordings = presence.spans_s.iter().zip(train);
+    recordings
+        .filter(|((from, to), _)| to > from)
+        .map(|(&(from, to), recording)| {
+            let end = recording.time_s.last().copied().unwrap_or(to);
+            (recording.name.clone(), from, to.min(end))
+        })
+        .collect()
+}
+
+/// The part of the recorded time in which it is there.
+fn share_of_time(spans: &[(String, f64, f64)], train: &[Recording]) -> f64 {
+    let length = |recording: &Recording| {
+        let time = &recording.time_s;
+        time.last().unwrap_or(&0.0) - time.first().unwrap_or(&0.0)
+    };
+    let all: f64 = train.iter().map(length).sum();
+    spans.iter().map(|(_, from, to)| to - from).sum::<f64>() / all.max(f64::MIN_POSITIVE)
 }
 
 /// Part of the baseline's energy above the noise that the effects explain, each
@@ -476,12 +508,25 @@ fn held_out_signals(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<HeldOut>
         .collect()
 }
 
-fn notes(laws: &[LawDiagnosis], held_out: &[HeldOut]) -> Vec<String> {
+fn notes(laws: &[LawDiagnosis], held_out: &[HeldOut], train: &[Recording]) -> Vec<String> {
     let mut notes: Vec<String> = laws.iter().flat_map(|law| law.screened.clone()).collect();
     notes.extend(held_out.iter().filter_map(HeldOut::note));
     for law in laws {
         for &index in &law.improved.set {
             let candidate = &law.candidates[index];
+            let there = spans(law, index, train);
+            if !there.is_empty() {
+                let share = 100.0 * share_of_time(&there, train);
+                let one = |(name, from, to): &(String, f64, f64)| {
+                    format!("{from:.2} to {to:.2} s of {name}")
+                };
+                let list: Vec<String> = there.iter().map(one).collect();
+                notes.push(format!(
+                    "{} is there in {share:.0} % of the time: {}; the improved rig holds it as if always",
+                    candidate.effect,
+                    list.join(", ")
+                ));
+            }
             let own: Vec<String> = law
                 .improved
                 .names
@@ -601,7 +646,13 @@ fn named_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String
         let accepted = law.evidence.iter().filter(|evidence| evidence.accepted);
         for evidence in accepted {
             let candidate = &law.candidates[evidence.candidate];
-            named.push(words::named(candidate, &sizes(law, candidate)));
+            let now_and_then = if presence(law, evidence.candidate).is_some() {
+                ", for a part of the time"
+            } else {
+                ""
+            };
+            let name = words::named(candidate, &sizes(law, candidate));
+            named.push(format!("{name}{now_and_then}"));
         }
     }
     let rivals: Vec<String> = alternatives

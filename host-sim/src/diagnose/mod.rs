@@ -7,14 +7,15 @@
 //!    ordinary parameters ([`fitted`]): the honest baseline;
 //! 3. where the misfit sits ([`locate`]);
 //! 4. effects are put in, one set after another ([`mod@candidates`], [`search`]),
-//!    and judged by data that were left out of the fit;
+//!    and judged by data that were left out of the fit; where that does not
+//!    explain it, each is tried for a part of the time (`intermittent`);
 //! 5. every parameter is frozen, the held-out recordings are read for the first
 //!    time, and the models are compared on them ([`proof`]);
 //! 6. the verdict is written ([`verdict`]).
 
 pub mod candidates;
 pub mod fitted;
-pub mod intermittent;
+mod intermittent;
 pub mod knowability;
 pub mod locate;
 pub mod noise;

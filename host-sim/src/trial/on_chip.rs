@@ -29,6 +29,8 @@ pub struct Tracking {
     pub activity_v_per_s: f64,
     /// Seconds in fault.
     pub fault_s: f64,
+    /// The code of the first fault; 0 if there was none.
+    pub fault: u8,
 }
 
 /// A rig tried on the plant.
@@ -115,11 +117,8 @@ pub fn tried(mut plant: Plant, rig: &Rig) -> Tried {
         let next_v = valve_v(command.valve);
         if time_s >= FIRST_REST_S {
             let error_m = plant.reality().position_m - reference.position_m;
-            tally.add(
-                error_m,
-                next_v - held_v,
-                command.state == State::Fault as u8,
-            );
+            let fault = (command.state == State::Fault as u8).then_some(command.fault);
+            tally.add(error_m, next_v - held_v, fault);
         }
         plant.advance(held_v);
         held_v = next_v;
@@ -153,15 +152,17 @@ struct Tally {
     worst_m: f64,
     way_v: f64,
     faults: usize,
+    first_fault: Option<u8>,
 }
 
 impl Tally {
-    fn add(&mut self, error_m: f64, step_v: f64, in_fault: bool) {
+    fn add(&mut self, error_m: f64, step_v: f64, fault: Option<u8>) {
         self.rows += 1;
         self.square_m2 += error_m * error_m;
         self.worst_m = self.worst_m.max(error_m.abs());
         self.way_v += step_v.abs();
-        self.faults += usize::from(in_fault);
+        self.faults += usize::from(fault.is_some());
+        self.first_fault = self.first_fault.or(fault);
     }
 
     fn tracking(&self) -> Tracking {
@@ -171,6 +172,7 @@ impl Tally {
             worst_m: self.worst_m,
             activity_v_per_s: self.way_v / (rows * truth_plant::plant::TICK_S),
             fault_s: self.faults as f64 * truth_plant::plant::TICK_S,
+            fault: self.first_fault.unwrap_or(0),
         }
     }
 }

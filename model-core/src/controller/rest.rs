@@ -90,7 +90,8 @@ impl<R: Real> Rest<R> {
             return;
         }
         self.count_overshoot(error_m, gains.rest_error_m);
-        let most_n = R::from_f64(HELD_SHARE) * observer.friction(axis).coulomb_n;
+        let levels = observer.friction_at(axis, ahead.velocity_m_per_s);
+        let most_n = R::from_f64(HELD_SHARE) * levels.coulomb_n;
         let stiffness = axis.carriage.bristle.stiffness_n_per_m;
         if self.resting {
             let beyond = self.mean_error_m

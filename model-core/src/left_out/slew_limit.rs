@@ -24,6 +24,15 @@ impl<R: Real> SlewLimit<R> {
         falling_per_s: R::ZERO,
     };
 
+    /// The mean lag behind a step of this size, s: half of what it takes.
+    pub fn lag_s(&self, size: R) -> R {
+        let slower = self.rising_per_s.min(self.falling_per_s);
+        if slower <= R::ZERO {
+            return R::ZERO;
+        }
+        R::from_f64(0.5) * size / slower
+    }
+
     /// The next position on the way from `position` to `target`.
     #[inline]
     pub fn step(&self, position: R, target: R, dt_s: R) -> R {

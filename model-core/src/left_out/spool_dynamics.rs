@@ -75,6 +75,17 @@ impl<R: Real> SpoolDynamics<R> {
     }
 }
 
+impl<R: Real> SpoolDynamics<R> {
+    /// How far the spool is behind a ramp, s: `2 zeta / w`.
+    pub fn lag_s(&self) -> R {
+        if self.natural_frequency_hz <= R::ZERO {
+            return R::ZERO;
+        }
+        let omega = R::from_f64(core::f64::consts::TAU) * self.natural_frequency_hz;
+        (self.damping_ratio + self.damping_ratio) / omega
+    }
+}
+
 impl<R: Real> SpoolTransition<R> {
     /// Whether there is no lag.
     pub fn follows_at_once(&self) -> bool {
