@@ -44,7 +44,7 @@ pub fn search(
     ranked.truncate(FINALISTS);
     let mut followed: Vec<Fitted> = ranked
         .into_par_iter()
-        .filter_map(|one| follow(bench, one))
+        .filter_map(|one| follow(bench, one, score))
         .collect();
     followed.sort_by(|a, b| score(a).total_cmp(&score(b)));
     followed
@@ -76,22 +76,26 @@ fn may_begin(bench: &Bench<'_>, candidate: usize) -> bool {
         && states(bench.rig) == states(&with)
 }
 
-/// Fits the effect, finds anew when it is there, and so on until that stays.
-/// `None` where it turns out to be there always or never.
-fn follow(bench: &Bench<'_>, mut model: Fitted) -> Option<Fitted> {
+/// Fits the effect, finds anew when it is there, and so on while that gets
+/// better. `None` where it turns out to be there always or never.
+fn follow(bench: &Bench<'_>, begun: Fitted, score: &impl Fn(&Fitted) -> f64) -> Option<Fitted> {
+    let mut best = bench.finished(&begun)?;
     for _ in 0..MOST_PASSES {
-        model = bench.finished(&model)?;
-        let seen = seen(bench, &model)?;
-        let share = seen.share(bench.tracks);
-        if !(share > 0.0 && share < ALWAYS) {
-            return None;
-        }
-        if model.presence.as_ref() == Some(&seen) {
+        let presence = Some(seen(bench, &best)?);
+        if presence == best.presence {
             break;
         }
-        model.presence = Some(seen);
+        let next = bench.finished(&Fitted {
+            presence,
+            ..best.clone()
+        })?;
+        if score(&next) >= score(&best) {
+            break;
+        }
+        best = next;
     }
-    bench.finished(&model)
+    let share = best.presence.as_ref()?.share(bench.tracks);
+    (share > 0.0 && share < ALWAYS).then_some(best)
 }
 
 /// When the model with its effect predicts better than without it.

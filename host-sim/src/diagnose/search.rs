@@ -19,7 +19,8 @@ use rayon::prelude::*;
 const BEAM_WIDTH: usize = 3;
 /// ... and on recordings of more rows than this, where a fit takes seconds.
 const BEAM_WIDTH_LONG: usize = 1;
-/// Of the ranked sets on long recordings so many are fitted to the end.
+/// Of the ranked sets on long recordings so many are fitted to the end; all, where
+/// that takes a second.
 const FINALISTS: usize = 4;
 /// Largest set tried.
 const LARGEST_SET: usize = 4;
@@ -425,7 +426,12 @@ impl<'a> Judge<'a> {
             let rank = |(set, parent): &(Set, &Fitted)| bench.ranked(set, parent);
             let mut ranked: Vec<Fitted> = jobs.par_iter().filter_map(rank).collect();
             ranked.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
-            let rest = ranked.split_off(FINALISTS.min(ranked.len()));
+            let finalists = if bench.law == Law::Balance {
+                ranked.len()
+            } else {
+                FINALISTS
+            };
+            let rest = ranked.split_off(finalists.min(ranked.len()));
             let finish = |one: &Fitted| self.finished(one);
             let finished = ranked.par_iter().filter_map(finish).collect();
             self.ranked.extend(rest);
