@@ -15,8 +15,10 @@ use crate::rig::Rig;
 use std::collections::BTreeMap;
 
 /// An improved model that explains less than this of the energy of what was
-/// missing (that does not even halve its amplitude) leaves the verdict at unknown.
-const EXPLAINED: f64 = 0.75;
+/// missing leaves the verdict at unknown. Effects that are there were seen to
+/// explain 73 % (play, whose blows fall at random) to all of it, others in the
+/// place of effects of no list up to 55 %; chosen between.
+const EXPLAINED: f64 = 0.65;
 
 /// Held-out error over the refitted baseline's from which named effects are
 /// refuted: 2 % is within what estimating the initial states moves.

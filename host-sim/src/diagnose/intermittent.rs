@@ -7,7 +7,7 @@
 //! the model with it predicts better than the one without, until that stays.
 
 use super::fitted::{Bench, Fitted};
-use crate::fit::Presence;
+use crate::fit::presence::{Presence, refined};
 use crate::laws::View;
 use rayon::prelude::*;
 
@@ -18,21 +18,53 @@ const MOST_PASSES: usize = 6;
 /// An effect that is there in more of the rows than this is there always.
 const ALWAYS: f64 = 0.9;
 
-/// The best models of one effect in a part of the time, best first.
+/// The best models of one effect in a part of the time, best first. Twice: when
+/// something is there does not depend on what it is, so every effect begins the
+/// second time from the spans of the best.
 pub fn search(
     bench: &Bench<'_>,
     baseline: &Fitted,
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<Fitted> {
-    let missed = row_squares(bench, &bench.residuals_of(baseline));
+    let missed = row_squares(bench, &bench.residuals_in_windows(baseline));
     let rows: usize = missed.iter().map(Vec::len).sum();
     let usual = missed.iter().flatten().sum::<f64>() / rows.max(1) as f64;
+    let excess = |recording: usize, row: usize| missed[recording][row] - usual;
+    let worst = Presence::of_largest_gain("", bench.tracks, excess);
+    let begun = (baseline, worst.spans_s.as_slice());
+    let first = round(bench, begun, score);
+    let Some((best, presence)) = first
+        .first()
+        .and_then(|best| Some((best, best.presence.clone()?)))
+    else {
+        return first;
+    };
+    let without = bench.restricted(best, &[]);
+    let mut all = round(bench, (&without, &presence.spans_s), score);
+    all.extend(first);
+    all.sort_by(|a, b| score(a).total_cmp(&score(b)));
+    let mut seen: Vec<Vec<usize>> = Vec::new();
+    all.retain(|model| {
+        let is_new = !seen.contains(&model.set);
+        seen.push(model.set.clone());
+        is_new
+    });
+    all
+}
+
+/// Every effect begun in these spans, the best followed to the end.
+fn round(
+    bench: &Bench<'_>,
+    (parent, spans_s): (&Fitted, &[(f64, f64)]),
+    score: &(impl Fn(&Fitted) -> f64 + Sync),
+) -> Vec<Fitted> {
     let begin = |candidate: usize| {
-        let effect = bench.candidates[candidate].effect;
-        let excess = |recording: usize, row: usize| missed[recording][row] - usual;
         let parent = Fitted {
-            presence: Some(Presence::of_largest_gain(effect, bench.tracks, excess)),
-            ..baseline.clone()
+            presence: Some(Presence {
+                effect: bench.candidates[candidate].effect,
+                spans_s: spans_s.to_vec(),
+            }),
+            ..parent.clone()
         };
         bench.ranked(&vec![candidate], &parent)
     };
@@ -94,8 +126,60 @@ fn follow(bench: &Bench<'_>, begun: Fitted, score: &impl Fn(&Fitted) -> f64) -> 
         }
         best = next;
     }
+    let best = sharpened(bench, best, score)?;
     let share = best.presence.as_ref()?.share(bench.tracks);
     (share > 0.0 && share < ALWAYS).then_some(best)
+}
+
+/// The model with the ends of its spans moved to where they fit best; and, where
+/// the same effect is at another place as well, with that.
+fn sharpened(bench: &Bench<'_>, model: Fitted, score: &impl Fn(&Fitted) -> f64) -> Option<Fitted> {
+    let presence = model.presence.clone()?;
+    let spans = presence.spans_s.par_iter().enumerate();
+    let spans_s = spans
+        .map(|(recording, &span_s)| {
+            if span_s.1 <= span_s.0 {
+                return span_s;
+            }
+            refined(span_s, |moved| {
+                bench.cost_with_span(&model, recording, moved)
+            })
+        })
+        .collect();
+    let moved = bench.finished(&Fitted {
+        presence: Some(Presence {
+            spans_s,
+            ..presence
+        }),
+        ..model.clone()
+    });
+    let mut best = model;
+    let elsewhere = twins(bench, &best);
+    for other in moved.into_iter().chain(elsewhere) {
+        if score(&other) < score(&best) {
+            best = other;
+        }
+    }
+    Some(best)
+}
+
+/// The model with the same effect, in the same form, at another place as well.
+fn twins(bench: &Bench<'_>, model: &Fitted) -> Vec<Fitted> {
+    let [one] = model.set.as_slice() else {
+        return Vec::new();
+    };
+    let here = &bench.candidates[*one];
+    let is_twin = |index: &usize| {
+        let there = &bench.candidates[*index];
+        there.effect == here.effect && there.form == here.form && there.places != here.places
+    };
+    let all = (0..bench.candidates.len()).filter(is_twin);
+    let pair = |other: usize| {
+        let mut set = vec![*one, other];
+        set.sort_unstable();
+        bench.fit(&set, Some(model))
+    };
+    all.filter_map(pair).collect()
 }
 
 /// When the model with its effect predicts better than without it.
@@ -106,7 +190,7 @@ fn seen(bench: &Bench<'_>, model: &Fitted) -> Option<Presence> {
             presence,
             ..model.clone()
         };
-        row_squares(bench, &bench.residuals_of(&other))
+        row_squares(bench, &bench.residuals_in_windows(&other))
     };
     let with = squares(None);
     let without = squares(Some(Presence::nowhere(effect, bench.tracks.len())));

@@ -9,9 +9,13 @@ use super::candidates::Candidate;
 use super::fitted::{Bench, Columns, Fitted};
 use super::noise;
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
-use crate::fit::{NoiseVariance, Options, Presence, solve};
+use crate::fit::presence::{Presence, refined};
+use crate::fit::{NoiseVariance, Options, solve};
 use crate::laws::{Law, Track, View};
 use crate::rig::Rig;
+
+/// Onsets that are tried in a recording, evenly over it.
+const ONSETS_TRIED: usize = 12;
 
 /// A model whose shared parameters are numbers.
 #[derive(Clone, Debug)]
@@ -132,24 +136,63 @@ impl Frozen {
         tracks: &[Track<'_>],
     ) -> Option<Presence> {
         let sigma = noise::of_outputs(law, &self.rig, tracks);
-        let nowhere = Presence::nowhere(effect, tracks.len());
-        let squares = |presence: Option<&Presence>| {
-            let mut problem = LawProblem {
-                law,
-                rig: &self.rig,
-                tracks,
-                free,
-                sigma: &sigma,
-                left_out: None,
-                presence,
-            };
-            let values = own_values(&mut problem)?;
-            let (predicted, _) = problem.predict(&values).into_iter().next()?;
-            Some(row_squares(&predicted, &problem.recorded(0), &sigma))
+        let basis = LawProblem {
+            law,
+            rig: &self.rig,
+            tracks,
+            free,
+            sigma: &sigma,
+            left_out: None,
+            presence: None,
         };
+        let squares = |presence: Option<&Presence>| {
+            let mut problem = LawProblem { presence, ..basis };
+            let values = own_values(&mut problem)?;
+            let predicted = problem.predict_in_windows(&values, self.rig.horizon_s());
+            Some(row_squares(predicted.first()?, &basis.recorded(0), &sigma))
+        };
+        let nowhere = Presence::nowhere(effect, tracks.len());
         let (with, without) = (squares(None)?, squares(Some(&nowhere))?);
         let gain = |_: usize, row: usize| without[row] - with[row];
-        Some(Presence::of_largest_gain(effect, tracks, gain))
+        let mut presence = Presence::of_largest_gain(effect, tracks, gain);
+        let at = |span_s: (f64, f64)| Presence {
+            effect,
+            spans_s: vec![span_s],
+        };
+        let fitted = |span_s: (f64, f64)| {
+            let presence = at(span_s);
+            own_values(&mut LawProblem {
+                presence: Some(&presence),
+                ..basis
+            })
+        };
+        let cost = |values: &[f64], span_s: (f64, f64)| {
+            let presence = at(span_s);
+            let problem = LawProblem {
+                presence: Some(&presence),
+                ..basis
+            };
+            let predicted = problem.predict_recording(0, values);
+            let squares = row_squares(&predicted, &basis.recorded(0), &sigma);
+            squares.iter().sum::<f64>()
+        };
+        // A weak effect does not show within a window: then it is begun from the
+        // best of those that come and stay, or from none.
+        let time_s = &tracks[0].recording.time_s;
+        let from = |part: usize| time_s[time_s.len() * part / ONSETS_TRIED];
+        let stays = (0..ONSETS_TRIED).map(|part| (from(part), f64::INFINITY));
+        let spans = [presence.spans_s[0], nowhere.spans_s[0]].into_iter();
+        let tried = spans.chain(stays).filter_map(|span_s| {
+            let values = fitted(span_s)?;
+            Some((cost(&values, span_s), span_s, values))
+        });
+        let (_, begun, values) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        presence.spans_s[0] = if begun.1 > begun.0 {
+            refined(begun, |span_s| cost(&values, span_s))
+        } else {
+            begun
+        };
+        Some(presence)
     }
 
     /// Mean squares over windows of the rig's horizon. Each window starts from
@@ -223,12 +266,7 @@ fn own_values(problem: &mut LawProblem<'_>) -> Option<Vec<f64>> {
         .collect();
     let mut second = LawProblem {
         sigma: &sigma,
-        law: problem.law,
-        rig: problem.rig,
-        tracks: problem.tracks,
-        free: problem.free,
-        left_out: None,
-        presence: None,
+        ..*problem
     };
     Some(solve(&mut second, &parameters, &options).ok()?.values)
 }

@@ -160,7 +160,7 @@ impl Outcome {
 /// An effect found for a part of the time.
 struct Intermittent {
     model: Fitted,
-    evidence: Evidence,
+    evidence: Vec<Evidence>,
     rivals: Vec<(usize, usize)>,
 }
 
@@ -190,11 +190,11 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     if !is_plain && !judge.is_noise(&improved) {
         progress("effects that are there for a part of the time");
         if let Some(found) = judge.intermittent(&improved) {
-            evidence.retain(|one| one.candidate != found.evidence.candidate);
+            evidence.retain(|one| !found.model.set.contains(&one.candidate));
             for one in &mut evidence {
                 one.decline();
             }
-            evidence.insert(0, found.evidence);
+            evidence.splice(0..0, found.evidence);
             (improved, rivals) = (found.model, found.rivals);
         }
     }
@@ -267,7 +267,7 @@ fn declined_evidence(judge: &mut Judge<'_>, improved: &Fitted) -> Vec<Evidence> 
         let declined = (0..count).filter(|index| !improved.set.contains(index));
         return declined.map(|index| judge.needless(index)).collect();
     }
-    let children = judge.fit_children(std::slice::from_ref(improved));
+    let children = judge.children_of(improved);
     children
         .into_iter()
         .filter_map(|child| {
@@ -445,6 +445,19 @@ impl<'a> Judge<'a> {
         children
     }
 
+    /// The same of one parent, not done twice where its children were fitted.
+    fn children_of(&mut self, parent: &Fitted) -> Vec<Fitted> {
+        let is_child = |fitted: &&Fitted| {
+            let set = &fitted.set;
+            set.len() == parent.set.len() + 1 && parent.set.iter().all(|one| set.contains(one))
+        };
+        let known: Vec<Fitted> = self.fitted.iter().filter(is_child).cloned().collect();
+        if known.len() >= FINALISTS {
+            return known;
+        }
+        self.fit_children(std::slice::from_ref(parent))
+    }
+
     /// A candidate that is not needed beside the accepted ones, with what it
     /// brings alone to the data it was fitted to.
     fn needless(&self, candidate: usize) -> Evidence {
@@ -473,14 +486,17 @@ impl<'a> Judge<'a> {
         let score = |fitted: &Fitted| self.score(fitted);
         let followed = intermittent::search(self.bench, self.baseline, &score);
         let model = followed.first()?.clone();
-        let &[candidate] = model.set.as_slice() else {
-            return None;
-        };
+        let candidate = *model.set.first()?;
         if self.ratio(&model, improved) > PLAIN_RATIO_AMONG_MANY {
             return None;
         }
         let baseline = self.baseline.clone();
-        let evidence = self.evidence(&model, &baseline, candidate);
+        // One effect, if perhaps at two places: judged together.
+        let evidence: Vec<Evidence> = model
+            .set
+            .iter()
+            .map(|&candidate| self.evidence(&model, &baseline, candidate))
+            .collect();
         let effect = |fitted: &Fitted| self.bench.candidates[fitted.set[0]].effect;
         let others: Vec<&Fitted> = followed[1..]
             .iter()
@@ -492,7 +508,8 @@ impl<'a> Judge<'a> {
                 rivals.push((candidate, other.set[0]));
             }
         }
-        evidence.accepted.then_some(Intermittent {
+        let accepted = evidence.iter().all(|one| one.accepted);
+        accepted.then_some(Intermittent {
             model,
             evidence,
             rivals,

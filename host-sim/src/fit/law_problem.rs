@@ -82,6 +82,7 @@ impl Folds {
 pub type Columns = Vec<Vec<f64>>;
 
 /// The problem.
+#[derive(Clone, Copy)]
 pub struct LawProblem<'a> {
     /// The law.
     pub law: Law,
@@ -332,6 +333,47 @@ impl LawProblem<'_> {
             .into_par_iter()
             .map(|recording| self.predict_one(recording, values))
             .collect()
+    }
+
+    /// Predicted outputs of one recording.
+    pub fn predict_recording(&self, recording: usize, values: &[f64]) -> Columns {
+        self.predict_one(recording, values).0
+    }
+
+    /// Predicted outputs of every recording in windows, each begun from what was
+    /// measured: a chamber remembers for seconds what the valve let in, and a
+    /// window shows what is wrong in it alone.
+    pub fn predict_in_windows(&self, values: &[f64], window_s: f64) -> Vec<Columns> {
+        let runs = self.predict(values).into_iter().enumerate();
+        if !self.law.has_states() {
+            return runs.map(|(_, (predicted, _))| predicted).collect();
+        }
+        let keys = self.keys();
+        let in_windows = |(recording, (mut predicted, states)): (usize, (Columns, Columns))| {
+            let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+            let track = &self.tracks[recording];
+            for rows in windows(&track.recording.time_s, window_s) {
+                let start: Vec<f64> = self
+                    .law
+                    .initial_states(self.rig, track.recording, rows.start, View::Centred)
+                    .iter()
+                    .enumerate()
+                    .map(|(index, state)| match state.measured_by {
+                        Some(_) => state.guess,
+                        None => states.get(index).map_or(state.guess, |s| s[rows.start]),
+                    })
+                    .collect();
+                let mut store = |row: usize, outputs: &[f64], _: &[f64]| {
+                    for (column, &value) in predicted.iter_mut().zip(outputs) {
+                        column[row] = value;
+                    }
+                };
+                let own = (keys.as_slice(), &active[..keys.len()]);
+                self.predict_rows((recording, rows), own, &start, &mut store);
+            }
+            predicted
+        };
+        runs.map(in_windows).collect()
     }
 
     fn predict_one(&self, recording: usize, values: &[f64]) -> (Columns, Columns) {

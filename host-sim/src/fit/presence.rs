@@ -82,6 +82,31 @@ impl Presence {
     }
 }
 
+/// A span moved, end by end, to where a cost is least: a chamber remembers for
+/// seconds what came in while the model was the wrong one, so that hundredths of
+/// a second show. Steps get smaller; each is taken as long as it helps.
+pub fn refined(span_s: (f64, f64), cost: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
+    const STEPS_S: [f64; 5] = [0.2, 0.05, 0.02, 0.005, 0.002];
+    const MOST_MOVES: usize = 4;
+    let (mut best, mut least) = (span_s, cost(span_s));
+    for step_s in STEPS_S {
+        for (begin_s, end_s) in [(step_s, 0.0), (-step_s, 0.0), (0.0, step_s), (0.0, -step_s)] {
+            for _ in 0..MOST_MOVES {
+                let moved = (best.0 + begin_s, best.1 + end_s);
+                if moved == best || moved.1 <= moved.0 {
+                    break;
+                }
+                let here = cost(moved);
+                if here >= least {
+                    break;
+                }
+                (best, least) = (moved, here);
+            }
+        }
+    }
+    best
+}
+
 /// The range whose sum is the largest (Kadane's algorithm); empty if no sum is
 /// above nought. What is no number counts as nought.
 fn largest_sum(rows: usize, value: impl Fn(usize) -> f64) -> Range<usize> {
@@ -103,6 +128,18 @@ fn largest_sum(rows: usize, value: impl Fn(usize) -> f64) -> Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn val_a_span_is_refined_to_the_least_cost() {
+        let cost = |(from, to): (f64, f64)| (from - 1.234).abs() + (to - 5.5_f64).abs().min(9.0);
+        let (from, to) = refined((1.0, 5.0), cost);
+        assert!(
+            (from - 1.234).abs() < 3e-3 && (to - 5.5).abs() < 3e-3,
+            "{from} {to}"
+        );
+        let (_, to) = refined((1.0, f64::INFINITY), |(from, _)| (from - 1.1).abs());
+        assert!(to.is_infinite(), "an effect that stays");
+    }
 
     /// Against every range there is.
     #[test]
