@@ -1,7 +1,8 @@
 //! The controller in a loop with the axis that it believes in, and with others.
 
 use model_core::axis::{Axis, AxisInputs, AxisState};
-use model_core::controller::{Controller, Measurements};
+use model_core::controller::{Controller, Gains, Measurements};
+use model_core::left_out::SpoolDynamics;
 use model_core::paper;
 use model_core::reference::Reference;
 
@@ -91,6 +92,37 @@ fn prop_a_valve_the_other_way_round_is_served() {
     axis.valve.feeds_a_above_null = false;
     let errors = errors_mm(&axis, &Controller::new(axis));
     assert!(worst(&errors[1000..]) < 0.03, "{}", worst(&errors[1000..]));
+}
+
+/// Friction that hangs on the pressures was fed forward without them: the load was
+/// millimetres off and the valve chattered.
+#[test]
+fn regress_friction_that_the_rig_hangs_on_the_pressures_is_fed_forward() {
+    let mut axis = paper::axis::<f32>();
+    axis.friction.coulomb_n *= 0.5;
+    axis.friction.static_n *= 0.5;
+    axis.friction_terms.per_mean_pressure_n_per_pa = 5e-5;
+    let errors = errors_mm(&axis, &Controller::new(axis));
+    assert!(worst(&errors[1000..]) < 0.03, "{}", worst(&errors[1000..]));
+    assert!(worst(&errors) < 0.5, "{}", worst(&errors));
+}
+
+/// With the gains for the spool of the data sheet a spool of 15 Hz runs away.
+#[test]
+fn regress_a_slow_spool_that_the_rig_knows_is_served() {
+    let mut axis = paper::axis::<f32>();
+    let spool = SpoolDynamics {
+        natural_frequency_hz: 15.0,
+        damping_ratio: 0.6,
+    };
+    let gains = Gains::standard();
+    let unaware = Controller::with_gains(axis, gains);
+    axis.command_path = axis.command_path.or_spool(&spool);
+    let errors = errors_mm(&axis, &Controller::with_gains(axis, gains));
+    assert!(worst(&errors[1500..]) < 0.1, "{}", worst(&errors[1500..]));
+    assert!(worst(&errors) < 4.0, "{}", worst(&errors));
+    let before = worst(&errors_mm(&axis, &unaware));
+    assert!(before > 2.0 * worst(&errors), "{before}");
 }
 
 #[test]

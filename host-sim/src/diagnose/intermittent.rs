@@ -66,7 +66,7 @@ fn round(
             }),
             ..parent.clone()
         };
-        bench.ranked(&vec![candidate], &parent)
+        bench.ranked(&[candidate], &parent)
     };
     let candidates: Vec<usize> = (0..bench.candidates.len())
         .filter(|&candidate| may_begin(bench, candidate))

@@ -344,9 +344,9 @@ impl LawProblem<'_> {
     /// measured: a chamber remembers for seconds what the valve let in, and a
     /// window shows what is wrong in it alone.
     pub fn predict_in_windows(&self, values: &[f64], window_s: f64) -> Vec<Columns> {
-        let runs = self.predict(values).into_iter().enumerate();
+        let runs = self.predict(values);
         if !self.law.has_states() {
-            return runs.map(|(_, (predicted, _))| predicted).collect();
+            return runs.into_iter().map(|(predicted, _)| predicted).collect();
         }
         let keys = self.keys();
         let in_windows = |(recording, (mut predicted, states)): (usize, (Columns, Columns))| {
@@ -373,7 +373,7 @@ impl LawProblem<'_> {
             }
             predicted
         };
-        runs.map(in_windows).collect()
+        runs.into_iter().enumerate().map(in_windows).collect()
     }
 
     fn predict_one(&self, recording: usize, values: &[f64]) -> (Columns, Columns) {
