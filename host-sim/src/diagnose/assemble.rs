@@ -63,7 +63,8 @@ pub fn verdict(
     let mut sentence = if refuted {
         refuted_sentence(laws, &alternatives)
     } else {
-        sentence(kind, laws, faults, &located, &alternatives)
+        let missing = unknown_term.as_ref();
+        sentence(kind, laws, faults, missing, &alternatives)
     };
     if let (Kind::Named | Kind::Ambiguous, Some(term)) = (kind, &unknown_term) {
         sentence = format!("{sentence} {}", beside_sentence(term));
@@ -514,10 +515,11 @@ fn notes(laws: &[LawDiagnosis], held_out: &[HeldOut], train: &[Recording]) -> Ve
     let mut notes: Vec<String> = laws.iter().flat_map(|law| law.screened.clone()).collect();
     notes.extend(held_out.iter().filter_map(HeldOut::note));
     for law in laws {
-        for &index in &law.improved.set {
+        for (place, &index) in law.improved.set.iter().enumerate() {
             let candidate = &law.candidates[index];
             let there = spans(law, index, train);
-            if !there.is_empty() {
+            // The same effect at another place is there at the same times.
+            if place == 0 && !there.is_empty() {
                 let share = 100.0 * share_of_time(&there, train);
                 let one = |(name, from, to): &(String, f64, f64)| {
                     format!("{from:.2} to {to:.2} s of {name}")
@@ -583,7 +585,7 @@ fn sentence(
     kind: Kind,
     laws: &[LawDiagnosis],
     faults: &[(String, Fault)],
-    located: &[Located],
+    missing: Option<&UnknownTerm>,
     alternatives: &[Vec<String>],
 ) -> String {
     match kind {
@@ -606,7 +608,7 @@ fn sentence(
             "These signals drive no law of this rig: nothing can be said of its physics.".into()
         }
         Kind::NothingMissing => nothing_missing(laws),
-        Kind::Unknown => unknown_sentence(located),
+        Kind::Unknown => unknown_sentence(missing),
         Kind::Named | Kind::Ambiguous => named_sentence(laws, alternatives),
     }
 }
@@ -633,9 +635,9 @@ fn nothing_missing(laws: &[LawDiagnosis]) -> String {
     }
 }
 
-fn unknown_sentence(located: &[Located]) -> String {
-    let (place, when) = located.first().map_or(("the model", ""), |located| {
-        (located.place.as_str(), located.when.as_str())
+fn unknown_sentence(missing: Option<&UnknownTerm>) -> String {
+    let (place, when) = missing.map_or(("the model", ""), |term| {
+        (term.place.as_str(), term.expression.as_str())
     });
     format!(
         "Something is missing at {place} that no effect of the list explains: the misfit {when}."

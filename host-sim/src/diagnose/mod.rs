@@ -270,13 +270,13 @@ fn diagnose_law(
     let shown = shown(&full, law, &baseline);
     let misfits = locate::locate(law, rig, &tracks, &shown.residuals);
     let missed = misses(searched, &baseline, &full.noise);
-    let above_noise = |pair: &(Located, &f64)| {
-        missed && pair.0.rms.powi(2) / pair.1.powi(2) - 1.0 > WORTH_A_SEARCH
-    };
-    let located = misfits.into_iter().zip(&shown.noise).filter(above_noise);
+    let mut located = above_noise(misfits, &shown.noise);
+    if !missed {
+        located.clear();
+    }
     Some(LawDiagnosis {
         law,
-        located: located.map(|(located, _)| located).collect(),
+        located,
         masked,
         train: runs(law, rig, &tracks, &frozen),
         held_out: Vec::new(),
@@ -292,6 +292,27 @@ fn diagnose_law(
         fits: outcome.fits,
         seconds: bench.seconds() + full.seconds(),
     })
+}
+
+/// The misfits above their noise, each with its part of the energy above the noise,
+/// which is counted in the noise's own units: the spread of a signal that hardly
+/// moves says nothing.
+fn above_noise(misfits: Vec<Located>, noise: &[f64]) -> Vec<Located> {
+    let excess = |(located, noise): (Located, &f64)| {
+        let excess = located.rms.powi(2) / noise.powi(2) - 1.0;
+        (located, excess)
+    };
+    let mut above: Vec<(Located, f64)> = misfits
+        .into_iter()
+        .zip(noise)
+        .map(excess)
+        .filter(|(_, excess)| *excess > WORTH_A_SEARCH)
+        .collect();
+    let whole: f64 = above.iter().map(|(_, excess)| excess).sum();
+    for (located, excess) in &mut above {
+        located.share = *excess / whole;
+    }
+    above.into_iter().map(|(located, _)| located).collect()
 }
 
 /// What the refitted baseline leaves of the outputs that are shown, and their

@@ -1,0 +1,72 @@
+//! An effect that is there for a fifth of the time, on a plant that shares nothing
+//! with the model: named, sized, and its spans found, also on held-out recordings.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
+
+use host_sim::diagnose::diagnose;
+use host_sim::diagnose::verdict::Kind as Verdict;
+use host_sim::recording::Recording;
+use host_sim::rig::Rig;
+use std::path::{Path, PathBuf};
+use truth_plant::{Case, Kind, Request, Strength};
+
+/// Seed of a rig with strong position-dependent friction in a fifth of the time.
+const SEED: u64 = 3_068_299_711;
+/// The balance of forces is averaged over 40 ms, and begun anew after it.
+const SPAN_ERROR_S: f64 = 0.15;
+
+fn read(folder: &Path, rig: &Rig, files: &[(String, String)]) -> Vec<Recording> {
+    let one = |(name, text): &(String, String)| {
+        std::fs::write(folder.join(name), text).unwrap();
+        let mut recording = Recording::read(folder.join(name), &rig.signals).unwrap();
+        recording.name.clone_from(name);
+        recording
+    };
+    files.iter().map(one).collect()
+}
+
+fn folder() -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("intermittent-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn val_an_effect_that_is_there_for_a_fifth_of_the_time_is_named() {
+    let request = Request::new(SEED, Kind::Onset).with_strength(Strength::Strong);
+    let case: Case = request.draw();
+    let truth = &case.truth.effects[0];
+    assert_eq!(truth.name, "position-dependent-friction");
+    let onset = truth.onset.as_ref().unwrap();
+    let folder = folder();
+    let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
+    let train = read(&folder, &rig, &case.train);
+    let held_out = || Ok::<_, std::convert::Infallible>(read(&folder, &rig, &case.held_out));
+    let diagnosis = diagnose(&rig, train, held_out, &|_| ()).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    let verdict = &diagnosis.verdict;
+    assert_eq!(verdict.verdict, Verdict::Named, "{}", verdict.sentence);
+    assert_eq!(verdict.effects.len(), 1, "{}", verdict.sentence);
+    assert_eq!(verdict.effects[0].effect, truth.name);
+    for (key, value) in &truth.parameters {
+        let found = verdict.effects[0].parameters[key].value;
+        assert!(
+            (found / value - 1.0).abs() < 0.15,
+            "{key}: {found}, true {value}"
+        );
+    }
+    let law = diagnosis
+        .laws
+        .iter()
+        .find(|law| !law.improved.set.is_empty());
+    let spans = &law.unwrap().improved.presence.as_ref().unwrap().spans_s;
+    for (recording, (from, to)) in diagnosis.train.iter().zip(spans) {
+        let window = &onset.windows[&recording.name];
+        // Inside the true window: friction that nothing moves against is unseen.
+        let inside = window.from_s - SPAN_ERROR_S..=window.to_s + SPAN_ERROR_S;
+        let is_right = inside.contains(from) && inside.contains(to) && from < to;
+        assert!(is_right, "{}: {from} to {to} s", recording.name);
+    }
+    let rms = |figures: &host_sim::diagnose::verdict::FitFigures| figures.free_run_held_out["x"];
+    assert!(rms(&verdict.fit.improved) < 0.5 * rms(&verdict.fit.refitted));
+}
