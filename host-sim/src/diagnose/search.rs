@@ -670,11 +670,17 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether an effect that is nothing but a shift in time is no more than the
-    /// order in which a logger reads its channels: a row and a half; half a row
-    /// where one logger served a whole axis at a steady rate.
+    /// order in which a logger reads its channels: a row and a half of skew; half a
+    /// row of any shift where one logger served a whole axis at a steady rate.
     fn is_sampling(&self, model: &Fitted, candidate: usize) -> bool {
         let effect = self.bench.candidates[candidate].effect;
-        if !SHIFTS_IN_TIME.contains(&effect) {
+        let is_axis = self.bench.rig.valve.is_some();
+        let shifts: &[&str] = if is_axis {
+            &SHIFTS_IN_TIME
+        } else {
+            &["position-time-skew"]
+        };
+        if !shifts.contains(&effect) {
             return false;
         }
         let prefix = format!("effects.{effect}.");
@@ -682,11 +688,7 @@ impl<'a> Judge<'a> {
         let row_s = rows
             .map(|track| median_step_s(&track.recording.time_s))
             .fold(0.0, f64::max);
-        let sampling = if self.bench.rig.valve.is_some() {
-            0.5
-        } else {
-            1.5
-        };
+        let sampling = if is_axis { 0.5 } else { 1.5 };
         let shifts = model.names.iter().zip(&model.values);
         shifts
             .filter(|(name, _)| name.starts_with(&prefix))
