@@ -249,8 +249,8 @@ impl<R: Real> Controller<R> {
             command_path: axis.command_path.or_spool(&data_sheet),
             ..axis
         };
-        // What the spool does at a reversal: over the dead zone, and twice as far on.
-        let reversal_v = R::from_f64(6.0) * axis.valve.supply.edge_v();
+        // What the spool does at a reversal: over the dead zone, and thrice as far on.
+        let reversal_v = R::from_f64(8.0) * axis.valve.supply.edge_v();
         let later_s = |step_v| {
             let lag_s: R = axis.command_path.lag_s(step_v);
             (lag_s - data_sheet.lag_s()).max(R::ZERO)
