@@ -2,6 +2,7 @@
 //! leaves unexplained.
 
 use super::candidates::Candidate;
+use super::proof;
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
 use crate::fit::{NoiseVariance, Options, Parameter, Presence, solve};
@@ -364,18 +365,9 @@ impl<'a> Bench<'a> {
 
     /// Residuals (predicted less recorded) by output, then by recording.
     pub fn residuals(&self, problem: &LawProblem<'_>, values: &[f64]) -> Vec<Vec<Vec<f64>>> {
-        let predicted = problem.predict(values).into_iter();
-        self.less_recorded(problem, predicted.map(|(columns, _)| columns).collect())
-    }
-
-    fn less_recorded(
-        &self,
-        problem: &LawProblem<'_>,
-        predicted: Vec<Columns>,
-    ) -> Vec<Vec<Vec<f64>>> {
         let outputs = self.law.outputs(self.rig).len();
         let mut all = vec![Vec::with_capacity(self.tracks.len()); outputs];
-        for (recording, predicted) in predicted.into_iter().enumerate() {
+        for (recording, (predicted, _)) in problem.predict(values).into_iter().enumerate() {
             let recorded = problem.recorded(recording);
             for (output, (column, seen)) in predicted.iter().zip(recorded).enumerate() {
                 all[output].push(column.iter().zip(seen).map(|(p, r)| p - r).collect());
@@ -410,26 +402,24 @@ impl<'a> Bench<'a> {
         }
         self.with_problem(&fitted.set, self.tracks, presence.as_ref(), |problem| {
             let predicted = problem.predict_recording(recording, &fitted.values);
-            let outputs = predicted.iter().zip(problem.recorded(recording));
-            outputs
-                .zip(&self.noise)
-                .flat_map(|((column, seen), noise)| {
-                    column.iter().zip(seen).map(move |(p, r)| (p - r) / noise)
-                })
-                .filter(|residual| residual.is_finite())
-                .map(|residual| residual * residual)
-                .sum()
+            let recorded = problem.recorded(recording);
+            let squares = proof::row_squares(&predicted, &recorded, &self.noise);
+            squares.iter().sum()
         })
     }
 
-    /// Residuals (predicted less recorded) of a fitted model in windows that each
-    /// begin from what was measured; by output, then by recording.
-    pub fn residuals_in_windows(&self, fitted: &Fitted) -> Vec<Vec<Vec<f64>>> {
+    /// Squared residuals of a fitted model by recording and row, in units of the
+    /// noise and summed over the outputs, in windows that each begin from what was
+    /// measured.
+    pub fn squares_in_windows(&self, fitted: &Fitted) -> Vec<Vec<f64>> {
         let presence = fitted.presence.as_ref();
         let window_s = self.rig.horizon_s();
         self.with_problem(&fitted.set, self.tracks, presence, |problem| {
             let predicted = problem.predict_in_windows(&fitted.values, window_s);
-            self.less_recorded(problem, predicted)
+            let squares = |(recording, columns): (usize, &Columns)| {
+                proof::row_squares(columns, &problem.recorded(recording), &self.noise)
+            };
+            predicted.iter().enumerate().map(squares).collect()
         })
     }
 

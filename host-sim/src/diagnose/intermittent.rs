@@ -26,7 +26,7 @@ pub fn search(
     baseline: &Fitted,
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<Fitted> {
-    let missed = row_squares(bench, &bench.residuals_in_windows(baseline));
+    let missed = bench.squares_in_windows(baseline);
     let rows: usize = missed.iter().map(Vec::len).sum();
     let usual = missed.iter().flatten().sum::<f64>() / rows.max(1) as f64;
     let excess = |recording: usize, row: usize| missed[recording][row] - usual;
@@ -190,7 +190,7 @@ fn seen(bench: &Bench<'_>, model: &Fitted) -> Option<Presence> {
             presence,
             ..model.clone()
         };
-        row_squares(bench, &bench.residuals_in_windows(&other))
+        bench.squares_in_windows(&other)
     };
     let with = squares(None);
     let without = squares(Some(Presence::nowhere(effect, bench.tracks.len())));
@@ -199,22 +199,4 @@ fn seen(bench: &Bench<'_>, model: &Fitted) -> Option<Presence> {
         bench.tracks,
         |recording, row| without[recording][row] - with[recording][row],
     ))
-}
-
-/// Squared residuals of each recording's rows in units of the noise, over all
-/// outputs; what is not predicted counts as nought.
-fn row_squares(bench: &Bench<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
-    let lengths = bench.tracks.iter().map(|track| track.len());
-    let mut squares: Vec<Vec<f64>> = lengths.map(|rows| vec![0.0; rows]).collect();
-    for (columns, noise) in residuals.iter().zip(&bench.noise) {
-        for (column, sums) in columns.iter().zip(&mut squares) {
-            for (residual, sum) in column.iter().zip(sums) {
-                let square = (residual / noise).powi(2);
-                if square.is_finite() {
-                    *sum += square;
-                }
-            }
-        }
-    }
-    squares
 }

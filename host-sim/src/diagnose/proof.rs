@@ -41,8 +41,6 @@ pub struct Run {
     pub horizon: Vec<f64>,
     /// Parameters of this recording that were estimated, by name.
     pub own: Vec<(String, f64)>,
-    /// When an effect that is there for a part of the time is there, s.
-    pub there_s: Option<(f64, f64)>,
 }
 
 impl Frozen {
@@ -115,14 +113,12 @@ impl Frozen {
         let recorded = problem.recorded(0);
         let free_run = mean_squares(&predicted, &recorded);
         let keys: Vec<String> = free.iter().map(|free| free.key.clone()).collect();
-        let there = presence.as_ref();
         let horizon = self.horizon(&problem, (&keys, &values), &states, &recorded);
         Some(Run {
             free_run,
             horizon,
             predicted,
             own: names.into_iter().zip(values).collect(),
-            there_s: there.map(|presence| presence.spans_s[0]),
         })
     }
 
@@ -205,18 +201,10 @@ impl Frozen {
         states: &Columns,
         recorded: &[&[f64]],
     ) -> Vec<f64> {
-        let (law, track) = (problem.law, &problem.tracks[0]);
+        let track = &problem.tracks[0];
         let mut sums = vec![(0.0, 0_usize); recorded.len()];
         for rows in windows(&track.recording.time_s, self.rig.horizon_s()) {
-            let start: Vec<f64> = law
-                .initial_states(&self.rig, track.recording, rows.start, View::UpToNow)
-                .iter()
-                .enumerate()
-                .map(|(index, state)| match state.measured_by {
-                    Some(_) => state.guess,
-                    None => states.get(index).map_or(state.guess, |s| s[rows.start]),
-                })
-                .collect();
+            let start = problem.window_start(0, rows.start, states, View::UpToNow);
             let first = rows.start;
             let mut add = |row: usize, outputs: &[f64], _: &[f64]| {
                 for ((sum, output), column) in sums.iter_mut().zip(outputs).zip(recorded) {
@@ -272,7 +260,7 @@ fn own_values(problem: &mut LawProblem<'_>) -> Option<Vec<f64>> {
 }
 
 /// Squared errors of each row in units of the noise, over all outputs.
-fn row_squares(predicted: &Columns, recorded: &[&[f64]], sigma: &[f64]) -> Vec<f64> {
+pub(super) fn row_squares(predicted: &Columns, recorded: &[&[f64]], sigma: &[f64]) -> Vec<f64> {
     let mut squares = vec![0.0; predicted.first().map_or(0, Vec::len)];
     for ((column, seen), sigma) in predicted.iter().zip(recorded).zip(sigma) {
         for (sum, (p, r)) in squares.iter_mut().zip(column.iter().zip(*seen)) {

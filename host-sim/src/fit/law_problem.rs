@@ -6,7 +6,7 @@
 //! hand, so the cost of derivatives does not grow with the number of recordings.
 
 use super::{LeastSquares, NormalEquations, Parameter, Presence, ResidualSums};
-use crate::laws::{Law, Track, View};
+use crate::laws::{InitialState, Law, Track, View};
 use crate::model::Values;
 use crate::rig::Rig;
 use model_core::real::{Dual, Real};
@@ -353,16 +353,7 @@ impl LawProblem<'_> {
             let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
             let track = &self.tracks[recording];
             for rows in windows(&track.recording.time_s, window_s) {
-                let start: Vec<f64> = self
-                    .law
-                    .initial_states(self.rig, track.recording, rows.start, View::Centred)
-                    .iter()
-                    .enumerate()
-                    .map(|(index, state)| match state.measured_by {
-                        Some(_) => state.guess,
-                        None => states.get(index).map_or(state.guess, |s| s[rows.start]),
-                    })
-                    .collect();
+                let start = self.window_start(recording, rows.start, &states, View::Centred);
                 let mut store = |row: usize, outputs: &[f64], _: &[f64]| {
                     for (column, &value) in predicted.iter_mut().zip(outputs) {
                         column[row] = value;
@@ -374,6 +365,24 @@ impl LawProblem<'_> {
             predicted
         };
         runs.into_iter().enumerate().map(in_windows).collect()
+    }
+
+    /// The states in which a window begins: what was measured of them by the
+    /// recording, the others from the free run's `states`.
+    pub fn window_start(
+        &self,
+        recording: usize,
+        row: usize,
+        states: &Columns,
+        view: View,
+    ) -> Vec<f64> {
+        let recording = self.tracks[recording].recording;
+        let initial = self.law.initial_states(self.rig, recording, row, view);
+        let start = |(index, state): (usize, &InitialState)| match state.measured_by {
+            Some(_) => state.guess,
+            None => states.get(index).map_or(state.guess, |column| column[row]),
+        };
+        initial.iter().enumerate().map(start).collect()
     }
 
     fn predict_one(&self, recording: usize, values: &[f64]) -> (Columns, Columns) {
