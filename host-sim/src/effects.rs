@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use crate::rig::EffectFault;
 use crate::text::expected_one_of;
+use model_core::left_out::FORGETTING_WAY_M;
 
 /// One effect of `[effects.NAME]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +68,8 @@ const SOFTEST_BRISTLE_N_M: f64 = 1e-3;
 const SHORTEST_WAVE_M: f64 = 1e-3;
 /// The law divides by the time constant; shorter is no growth but a level.
 const SHORTEST_DWELL_S: f64 = 1e-3;
+/// No seal forgets on the way of an atom: the law divides by it.
+const SHORTEST_FORGETTING_M: f64 = 1e-6;
 
 /// Every effect, in the order of a verdict's list.
 pub const EFFECTS: &[Effect] = &[
@@ -178,6 +181,12 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[
             signed("rise_N", "N"),
             parameter("time_constant_s", "s", 1.0, SHORTEST_DWELL_S),
+            parameter(
+                "forgetting_way_m",
+                "m",
+                FORGETTING_WAY_M,
+                SHORTEST_FORGETTING_M,
+            ),
         ],
     },
     Effect {

@@ -13,7 +13,7 @@ use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
     CarriageEffects, ChamberLeakage, DirectionDependentFriction, DwellStiction, ElasticBuffer,
-    EndCushion, ExhaustBackPressure, FrictionTerms, LoadCoupling, PistonLeakage,
+    EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, FrictionTerms, LoadCoupling, PistonLeakage,
     PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop, TubeLine, ValveDelay,
     ValveHysteresis, VariableHeatTransfer, WallTemperature,
 };
@@ -455,6 +455,11 @@ impl<R: Real> Values<'_, R> {
             dwell_stiction: DwellStiction {
                 rise_n: self.effect("dwell-stiction", "rise_N", 0.0),
                 time_constant_s: self.effect("dwell-stiction", "time_constant_s", 1.0),
+                forgetting_way_m: self.effect(
+                    "dwell-stiction",
+                    "forgetting_way_m",
+                    FORGETTING_WAY_M,
+                ),
             },
             load: self.load_coupling(),
             elastic_buffer: self.elastic_buffer(),

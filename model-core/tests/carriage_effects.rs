@@ -319,6 +319,7 @@ fn everything<R: Real>(effects: &mut CarriageEffects<R>) {
     effects.dwell_stiction = DwellStiction {
         rise_n: number(20.0),
         time_constant_s: number(0.3),
+        forgetting_way_m: number(5e-5),
     };
     effects.load = load(0.6, 2e5, 120.0, 2e-4);
     effects.elastic_buffer = buffers(0.03, 2e4, 80.0);
@@ -357,8 +358,9 @@ fn val_break_away_force_grows_with_the_dwell() {
     let stiction = DwellStiction {
         rise_n: 45.0,
         time_constant_s: 20.0,
+        forgetting_way_m: 5e-5,
     };
-    let [plain, ..] = break_away(0.0, paper::STATIC_N, DwellStiction::NEUTRAL);
+    let [plain, ..] = break_away(0.0, paper::STATIC_N, DwellStiction::neutral());
     let mut before = plain;
     for dwell_s in [0.0, 5.0, 20.0, 100.0] {
         let [peak, age, slid] = break_away(dwell_s, paper::STATIC_N, stiction);

@@ -69,6 +69,8 @@ pub struct MechanicalEffects {
     pub dwell_rise_n: f32,
     /// Time constant of the growth, s.
     pub dwell_time_constant_s: f32,
+    /// Way over which the growth is forgotten, m.
+    pub dwell_forgetting_way_m: f32,
     /// Part of the moving mass that hangs behind a spring, kg; 0 is none.
     pub load_mass_kg: f32,
     /// Stiffness of the spring, N/m.
@@ -213,7 +215,7 @@ impl MechanicalEffects {
 
     /// Every number with its range.
     #[rustfmt::skip]
-    pub(super) fn fields(&self) -> [Field; 17] {
+    pub(super) fn fields(&self) -> [Field; 18] {
         let farthest_m = POSITION_M.highest;
         [
             field("mechanical_effects.position_cosine", self.position_cosine, -10.0, 10.0),
@@ -231,6 +233,7 @@ impl MechanicalEffects {
             ),
             field("mechanical_effects.dwell_rise_n", self.dwell_rise_n, -1e5, 1e5),
             field("mechanical_effects.dwell_time_constant_s", self.dwell_time_constant_s, 1e-3, 1e6),
+            field("mechanical_effects.dwell_forgetting_way_m", self.dwell_forgetting_way_m, 1e-6, 1.0),
             field("mechanical_effects.load_mass_kg", self.load_mass_kg, 0.0, 1e4),
             field("mechanical_effects.load_stiffness_n_per_m", self.load_stiffness_n_per_m, 0.0, 1e10),
             field("mechanical_effects.load_damping_n_s_per_m", self.load_damping_n_s_per_m, 0.0, 1e7),
@@ -293,6 +296,7 @@ impl MechanicalEffects {
             dwell_stiction: DwellStiction {
                 rise_n: self.dwell_rise_n,
                 time_constant_s: self.dwell_time_constant_s,
+                forgetting_way_m: self.dwell_forgetting_way_m,
             },
             load: LoadCoupling {
                 load_mass_kg: self.load_mass_kg,
@@ -324,6 +328,7 @@ impl From<CarriageEffects<f32>> for MechanicalEffects {
             direction_viscous_asymmetry: effects.direction_friction.viscous_asymmetry,
             dwell_rise_n: effects.dwell_stiction.rise_n,
             dwell_time_constant_s: effects.dwell_stiction.time_constant_s,
+            dwell_forgetting_way_m: effects.dwell_stiction.forgetting_way_m,
             load_mass_kg: load.load_mass_kg,
             load_stiffness_n_per_m: load.stiffness_n_per_m,
             load_damping_n_s_per_m: load.damping_n_s_per_m,

@@ -18,7 +18,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 
 /// The version written and read.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 /// The longest content: with full tables it is some 1030 bytes.
 pub const LONGEST_CONTENT: usize = 1136;
 /// Bytes before the content.

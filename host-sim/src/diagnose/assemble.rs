@@ -225,9 +225,14 @@ fn alternatives(laws: &[LawDiagnosis]) -> Vec<Vec<String>> {
 }
 
 fn located(laws: &[LawDiagnosis], train: &[Recording]) -> Vec<Located> {
+    let inputs = laws
+        .iter()
+        .filter(|law| is_unexplained(law))
+        .filter_map(|law| law.input.as_ref());
     let mut all: Vec<Located> = laws
         .iter()
         .flat_map(|law| law.located.iter())
+        .chain(inputs)
         .map(|located| Located {
             place: located.place.into(),
             share: located.share,
@@ -320,18 +325,26 @@ fn is_solved(law: &LawDiagnosis) -> bool {
     !law.improved.set.is_empty() && explained(law) >= EXPLAINED
 }
 
+/// A law whose misfit is material, and no effect explains it.
+pub(super) fn is_unexplained(law: &LawDiagnosis) -> bool {
+    law.misses() && explained(law) < EXPLAINED && !law.evidence.is_empty()
+}
+
 /// A law whose misfit is material and unexplained: the missing term as a table
 /// over the variable that explains most of it.
 fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
-    let law = laws
-        .iter()
-        .find(|law| law.misses() && explained(law) < EXPLAINED && !law.evidence.is_empty())?;
-    let located = law.located.first()?;
+    let law = laws.iter().find(|law| is_unexplained(law))?;
+    // An input that explains both chambers says more than either chamber.
+    let located = law.input.as_ref().or(law.located.first())?;
     let variable = located.variables.first()?;
+    let expression = match &law.input {
+        Some(input) => format!("asks for another {}: {}", input.quantity, input.when),
+        None => located.when.clone(),
+    };
     Some(UnknownTerm {
         place: located.place.into(),
         of: vec![variable.name.into()],
-        expression: located.when.clone(),
+        expression,
         unit: located.quantity_unit.into(),
         table: variable
             .bins

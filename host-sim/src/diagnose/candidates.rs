@@ -9,10 +9,22 @@ use crate::fit::{Parameter, Prior};
 use crate::laws::{Law, Track, white_noise};
 use crate::model::{Side, Values};
 use crate::rig::{ChamberModel, PositionZero, Rig};
+use model_core::left_out::FORGETTING_WAY_M;
 use model_core::valve::GasState;
 
 /// No cushion is longer than this, m.
 const LONGEST_CUSHION_M: f64 = 0.06;
+
+/// A stiction that has grown within less than this is grown at every break-away, s: a
+/// static level.
+const SHORTEST_DWELL_S: f64 = 0.1;
+
+/// Over what way a seal forgets how long it stood, m: 0.05 to 0.5 mm. Rests and
+/// break-aways say little of it, as a longer rise is forgotten on a shorter way.
+const FORGETTING_WAY: Prior = Prior {
+    mean: FORGETTING_WAY_M,
+    standard_deviation: 0.15e-3,
+};
 
 /// One effect in one form at one place.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +41,9 @@ pub struct Candidate {
     pub free: Vec<FreeParameter>,
     /// Starting points: one value per free parameter each.
     pub starts: Vec<Vec<f64>>,
+    /// Whether the residuals jump with its parameters: derivatives mislead there,
+    /// and a search by values goes on where they end.
+    pub is_rough: bool,
 }
 
 impl Candidate {
@@ -49,7 +64,13 @@ impl Candidate {
             switches: Vec::new(),
             free: Vec::new(),
             starts: vec![Vec::new()],
+            is_rough: false,
         }
+    }
+
+    fn rough(mut self) -> Self {
+        self.is_rough = true;
+        self
     }
 
     fn form(mut self, form: &'static str) -> Self {
@@ -618,7 +639,18 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
                     (0.0, 20.0 * coulomb),
                     &[0.2 * coulomb, coulomb, coulomb],
                 )
-                .free("time_constant_s", (0.02, 50.0), &[1.0, 0.5, 3.0]),
+                .free(
+                    "time_constant_s",
+                    (SHORTEST_DWELL_S, 50.0),
+                    &[1.0, 0.5, 3.0],
+                )
+                .free_as(
+                    "forgetting_way_m",
+                    Scope::Shared,
+                    (2e-5, 1e-3),
+                    Some(FORGETTING_WAY),
+                    &[FORGETTING_WAY.mean],
+                ),
         );
     }
     if let Some(mass) = rig.value("carriage.mass_kg") {
@@ -631,11 +663,11 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
         all.push(coupling("load-compliance", &[3e4, 2e5], 100.0));
         // A hard contact bounces: behind a recorded motion its blows fall at
         // random. A soft one that does not bounce hands on the same momentum.
-        all.push(coupling("load-backlash", &[2e4], 700.0).free(
-            "gap_m",
-            (0.0, 1e-2),
-            &[1e-4, 4e-4, 1.2e-3, 3e-3],
-        ));
+        all.push(
+            coupling("load-backlash", &[2e4], 700.0)
+                .free("gap_m", (0.0, 1e-2), &[1e-4, 4e-4, 1.2e-3, 3e-3])
+                .rough(),
+        );
     }
     all.extend(elastic_cushion(rig, tracks, force));
     all

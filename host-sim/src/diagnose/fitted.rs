@@ -5,7 +5,7 @@ use super::candidates::Candidate;
 use super::proof;
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
-use crate::fit::{NoiseVariance, Options, Parameter, Presence, solve};
+use crate::fit::{NoiseVariance, Options, Parameter, Presence, compass, solve};
 use crate::laws::{Law, Track, balance};
 use crate::rig::Rig;
 use rayon::prelude::*;
@@ -167,6 +167,66 @@ impl<'a> Bench<'a> {
         Some(self.weighed(fitted, self.sigma(near)))
     }
 
+    /// A finished fit with an effect in which the residuals jump, walked down by
+    /// values where derivatives ended, and fitted from there again. The deviations of
+    /// its sizes come from values too: derivatives through a row of blows are those
+    /// of one course of them.
+    pub fn walked(&self, fitted: Fitted) -> Fitted {
+        let rough = |index: &&usize| self.candidates[**index].is_rough;
+        let Some(&candidate) = fitted.set.iter().find(rough) else {
+            return fitted;
+        };
+        let free = &self.candidates[candidate].free;
+        let place = |free: &FreeParameter| fitted.names.iter().position(|name| *name == free.key);
+        let places: Vec<usize> = free.iter().filter_map(place).collect();
+        let bounds: Vec<(f64, f64)> = free
+            .iter()
+            .map(|free| (free.parameter.lower, free.parameter.upper))
+            .collect();
+        let numbers = |model: &Fitted| -> Vec<f64> {
+            places.iter().map(|&place| model.values[place]).collect()
+        };
+        let end = compass::descend(&numbers(&fitted), &bounds, |sizes| {
+            self.half_squares(&fitted, &places, sizes)
+        });
+        let near = Fitted {
+            values: replaced(&fitted.values, &places, &end),
+            ..fitted.clone()
+        };
+        let Some(mut walked) = self.finished(&near) else {
+            return fitted;
+        };
+        let length = correlation_length(&self.residuals_of(&walked));
+        let deviations = compass::deviations(&numbers(&walked), |sizes| {
+            self.half_squares(&walked, &places, sizes) / length
+        });
+        for (row, &place) in places.iter().enumerate() {
+            let known = deviations.as_ref().map(|deviations| deviations[row]);
+            walked.standard_deviations[place] = known;
+        }
+        walked
+    }
+
+    /// Half the sum of a model's squared residuals with other numbers at some places,
+    /// in units of what it leaves.
+    fn half_squares(&self, model: &Fitted, places: &[usize], numbers: &[f64]) -> f64 {
+        let sigma = self.sigma(Some(model));
+        let values = replaced(&model.values, places, numbers);
+        let presence = model.presence.as_ref();
+        let residuals = self.with_problem(&model.set, self.tracks, presence, |problem| {
+            self.residuals(problem, &values)
+        });
+        let outputs = residuals.iter().zip(&sigma);
+        let squares = outputs.flat_map(|(columns, sigma)| {
+            let finite = columns
+                .iter()
+                .flatten()
+                .filter(|residual| !residual.is_nan());
+            finite.map(move |residual| (residual / sigma).powi(2))
+        });
+        0.5 * squares.sum::<f64>()
+    }
+
     /// The fit with its residuals weighed by what it leaves, where it was begun
     /// with much larger ones.
     fn weighed(&self, mut fitted: Fitted, mut sigma: Vec<f64>) -> Fitted {
@@ -311,11 +371,16 @@ impl<'a> Bench<'a> {
     /// The size of a residual: what the parent left unexplained, at least the noise.
     fn sigma(&self, parent: Option<&Fitted>) -> Vec<f64> {
         match parent {
-            Some(parent) => parent
-                .mean_square
-                .iter()
-                .zip(&self.noise)
-                .map(|(square, noise)| square.sqrt().max(*noise))
+            Some(parent) => (parent.mean_square.iter().zip(&self.noise))
+                .enumerate()
+                .map(|(output, (square, noise))| {
+                    // A residual that is limited by itself keeps its weight: else a fit
+                    // that begins off all break-aways stays off them.
+                    if self.law == Law::Balance && output == balance::BREAKAWAY {
+                        return *noise;
+                    }
+                    square.sqrt().max(*noise)
+                })
                 .collect(),
             None => self.spread(),
         }
@@ -515,6 +580,15 @@ impl<'a> Bench<'a> {
         }
         sum / count.max(1) as f64
     }
+}
+
+/// Values with other numbers at some places.
+fn replaced(values: &[f64], places: &[usize], numbers: &[f64]) -> Vec<f64> {
+    let mut values = values.to_vec();
+    for (&place, &number) in places.iter().zip(numbers) {
+        values[place] = number;
+    }
+    values
 }
 
 fn shared_count(free: &[FreeParameter]) -> usize {

@@ -180,7 +180,6 @@ fn located(
     output: &Output,
     columns: &[Vec<f64>],
 ) -> Located {
-    let energy = Energy::of(columns);
     let judged = Judged::of(law, rig, tracks, output, columns);
     // In a window a position error grows from nought to its end whatever the
     // cause; the force does not.
@@ -188,9 +187,60 @@ fn located(
         Some(_) => &judged.columns[..],
         None => columns,
     };
-    let correlated = correlated_rows(columns);
     let stretches = stretches(tracks, timed, correlated_rows(timed));
-    let mut variables = variables(law, rig, tracks, output, &judged);
+    let variables = variables(law, rig, tracks, output, &judged);
+    found(tracks, output, columns, &judged, stretches, variables)
+}
+
+/// An input of a law that is looked at in the place of a signal.
+#[derive(Clone, Copy)]
+pub(super) struct Input {
+    /// Its place.
+    pub place: &'static str,
+    /// What it is.
+    pub quantity: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+}
+
+/// What an input would have had to be, over time and state.
+pub(super) fn of_input(
+    law: Law,
+    rig: &Rig,
+    tracks: &[Track<'_>],
+    input: Input,
+    columns: Vec<Vec<f64>>,
+) -> Located {
+    let outputs = law.outputs(rig);
+    let own = outputs.first().map_or("", |output| output.signal);
+    let output = Output {
+        signal: own,
+        place: input.place,
+        unit: input.unit,
+    };
+    let judged = Judged {
+        quantity: input.quantity,
+        unit: input.unit,
+        correlated: correlated_rows(&columns),
+        columns,
+    };
+    let columns = &judged.columns;
+    let stretches = stretches(tracks, columns, judged.correlated);
+    let variables = variables(law, rig, tracks, &output, &judged);
+    found(tracks, &output, columns, &judged, stretches, variables)
+}
+
+/// The finding put together.
+fn found(
+    tracks: &[Track<'_>],
+    output: &Output,
+    columns: &[Vec<f64>],
+    judged: &Judged,
+    stretches: Stretches,
+    mut variables: Vec<VariableShare>,
+) -> Located {
+    let energy = Energy::of(columns);
+    let correlated = correlated_rows(columns);
     variables.sort_by(|a, b| {
         let key = |one: &VariableShare| (one.significant, one.eta_squared);
         let (a, b) = (key(a), key(b));

@@ -22,6 +22,7 @@ pub mod noise;
 mod phrase;
 pub mod proof;
 pub mod search;
+mod unknown_input;
 pub mod verdict;
 pub mod words;
 
@@ -88,6 +89,8 @@ pub struct LawDiagnosis {
     pub rivals: Vec<(usize, usize)>,
     /// Where the refitted baseline fails.
     pub located: Vec<Located>,
+    /// The input that would explain what the chambers' baseline misses.
+    pub input: Option<Located>,
     /// How much of each accepted effect a refit hides.
     pub masked: BTreeMap<usize, f64>,
     /// The frozen models.
@@ -274,9 +277,10 @@ fn diagnose_law(
     if !missed {
         located.clear();
     }
-    Some(LawDiagnosis {
+    let mut diagnosis = LawDiagnosis {
         law,
         located,
+        input: None,
         masked,
         train: runs(law, rig, &tracks, &frozen),
         held_out: Vec::new(),
@@ -291,7 +295,12 @@ fn diagnose_law(
         screened,
         fits: outcome.fits,
         seconds: bench.seconds() + full.seconds(),
-    })
+    };
+    if assemble::is_unexplained(&diagnosis) {
+        progress(&format!("{title}: which input would explain it"));
+        diagnosis.input = unknown_input::find(&full, &diagnosis.baseline);
+    }
+    Some(diagnosis)
 }
 
 /// The misfits above their noise, each with its part of the energy above the noise,

@@ -474,6 +474,14 @@ impl<'a> Judge<'a> {
     /// baseline has lost its way, and begins again from there.
     fn finished(&self, ranked: &Fitted) -> Option<Fitted> {
         let finished = self.bench.finished(ranked)?;
+        let finished = if self.score(&finished) < self.score(self.baseline) + PLAIN_RATIO.ln() {
+            let walked = self.bench.walked(finished.clone());
+            [walked, finished]
+                .into_iter()
+                .min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?
+        } else {
+            finished
+        };
         if self.score(&finished) <= self.score(self.baseline) {
             return Some(finished);
         }
@@ -695,16 +703,22 @@ impl<'a> Judge<'a> {
             .all(|(_, shift)| shift.abs() < sampling * row_s)
     }
 
-    /// Whether every parameter of the effect stands on a bound.
+    /// Whether every parameter of the effect stands on a bound, or its time constant:
+    /// what is that quick, or that slow, is no such effect.
     fn stands_on_bound(&self, model: &Fitted, candidate: usize) -> bool {
         let free = &self.bench.candidates[candidate].free;
+        let own: Vec<(&String, bool)> = model
+            .names
+            .iter()
+            .zip(model.at_bound.iter().copied())
+            .filter(|(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
+            .collect();
+        let is_time_constant = |name: &str| name.ends_with("time_constant_s");
         !free.is_empty()
-            && model
-                .names
-                .iter()
-                .zip(&model.at_bound)
-                .filter(|(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
-                .all(|(_, &at_bound)| at_bound)
+            && (own.iter().all(|(_, at_bound)| *at_bound)
+                || own
+                    .iter()
+                    .any(|(name, at_bound)| *at_bound && is_time_constant(name)))
     }
 }
 

@@ -109,6 +109,7 @@ const SPOKEN: &[Spoken] = &[
     say("asymmetry", "more towards +x by", "%", 100.0),
     say("viscous_asymmetry", "viscous more by", "%", 100.0),
     say("rise_N", "rise", "N", 1.0),
+    say("forgetting_way_m", "forgotten over", "mm", 1e3),
     say("load_mass_kg", "load", "kg", 1.0),
     say("stiffness_N_m", "stiffness", "N/mm", 1e-3),
     say("damping_Ns_m", "damping", "N s/m", 1.0),

@@ -4,8 +4,10 @@
 //! - [`law_problem`]: a law driven by recordings as such a problem
 //! - [`presence`]: an effect that is there for a part of the time
 //! - [`levenberg_marquardt`]: bounded least squares with priors
+//! - [`compass`]: a search by values, where residuals are not smooth
 //! - [`uncertainty`]: what the data say about the parameters, and what they leave open
 
+pub mod compass;
 pub mod law_problem;
 pub mod levenberg_marquardt;
 pub mod normal_equations;

@@ -9,7 +9,7 @@
 use super::Track;
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::Bristle;
-use model_core::left_out::{DwellStiction, FORGETTING_WAY_M, LoadCoupling, LoadState};
+use model_core::left_out::{DwellStiction, LoadCoupling, LoadState};
 use model_core::real::Real;
 use std::ops::Range;
 
@@ -139,7 +139,8 @@ fn contact_age<R: Real>(
     let sliding = SLIDING * bristle.stribeck_velocity_m_per_s.value();
     let mut slid_m = 0.0;
     let mut row = past.start;
-    while row > 0 && slid_m < FORGOTTEN_WAYS * FORGETTING_WAY_M {
+    let forgotten_m = FORGOTTEN_WAYS * stiction.forgetting_way_m.value();
+    while row > 0 && slid_m < forgotten_m {
         row -= 1;
         let speed = past.velocity(row).value().abs();
         if speed > sliding {
@@ -326,6 +327,7 @@ mod tests {
         effects.dwell_stiction = DwellStiction {
             rise_n: 30.0,
             time_constant_s: 0.8,
+            forgetting_way_m: 5e-5,
         };
         let carriage = Carriage {
             effects: Some(effects),

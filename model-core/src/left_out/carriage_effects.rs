@@ -29,7 +29,7 @@ impl<R: Real> CarriageEffects<R> {
         Self {
             position_friction: PositionDependentFriction::neutral(),
             direction_friction: DirectionDependentFriction::NEUTRAL,
-            dwell_stiction: DwellStiction::NEUTRAL,
+            dwell_stiction: DwellStiction::neutral(),
             load: LoadCoupling::NEUTRAL,
             elastic_buffer: ElasticBuffer::NEUTRAL,
         }

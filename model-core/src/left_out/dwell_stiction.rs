@@ -8,15 +8,14 @@
 //! s grows from 0 towards 1 while the seal stands and is forgotten over the way
 //! l once it moves: the state of rate-and-state friction. A bristle under a
 //! rising load creeps, and part of the age is lost on the way to break-away:
-//! the force that is read there lies below FS + dF s, the more so the larger dF
-//! (recordings of such a seal show just that: of a rise of 40 N a fifth to a
-//! third). The update is the exact solution for a velocity held over the step:
+//! the force that is read there lies below FS + dF s, the more so the shorter l.
+//! Few recordings tell dF and l apart. The update is the exact solution for a velocity held over the step:
 //! stable at every step.
 //!
 //! Source: growth of stiction with time of stationary contact (adhesion and
 //! squeezed-out lubricant); the form with one time constant and forgetting over
 //! a length is that of rate-and-state friction (Dieterich). Typical dF is
-//! 0.3-1.5 FS with tau 0.5-100 s; under 2 N (4 kPa) it does not matter.
+//! 0.3-1.5 FS with tau 0.5-100 s and l some widths of a contact, 0.05-0.5 mm; under 2 N (4 kPa) it does not matter.
 //! Confused with a static level fitted at one dwell, with valve hysteresis and
 //! with thermal drift of the pressures while waiting; stops of several lengths
 //! (0.1 s to 300 s) before one and the same slow ramp separate them.
@@ -24,8 +23,9 @@
 use crate::friction::FrictionLevels;
 use crate::real::Real;
 
-/// l, m: about two deflections of the bristle at the Coulomb level (22 um).
-pub const FORGETTING_WAY_M: f64 = 50e-6;
+/// l where nothing is known of it, m: ten deflections of the bristle at the Coulomb
+/// level (22 um).
+pub const FORGETTING_WAY_M: f64 = 0.2e-3;
 
 /// Parameters; a rise of 0 is neutral.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,14 +34,19 @@ pub struct DwellStiction<R> {
     pub rise_n: R,
     /// tau in s; over 0.
     pub time_constant_s: R,
+    /// l in m; over 0.
+    pub forgetting_way_m: R,
 }
 
 impl<R: Real> DwellStiction<R> {
     /// A static level that does not age.
-    pub const NEUTRAL: Self = Self {
-        rise_n: R::ZERO,
-        time_constant_s: R::ONE,
-    };
+    pub fn neutral() -> Self {
+        Self {
+            rise_n: R::ZERO,
+            time_constant_s: R::ONE,
+            forgetting_way_m: R::from_f64(FORGETTING_WAY_M),
+        }
+    }
 
     /// Whether the static level does not age.
     #[inline]
@@ -68,7 +73,7 @@ impl<R: Real> DwellStiction<R> {
             return age;
         }
         let growing = dt_s / self.time_constant_s;
-        let slid = dt_s * velocity_m_per_s.abs() / R::from_f64(FORGETTING_WAY_M);
+        let slid = dt_s * velocity_m_per_s.abs() / self.forgetting_way_m;
         let rate = growing + slid;
         let target = growing / rate;
         age + (target - age) * (R::ONE - (-rate).exp())
@@ -82,6 +87,7 @@ mod tests {
     const STICTION: DwellStiction<f64> = DwellStiction {
         rise_n: 30.0,
         time_constant_s: 0.8,
+        forgetting_way_m: 50e-6,
     };
 
     #[test]

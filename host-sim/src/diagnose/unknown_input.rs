@@ -1,0 +1,460 @@
+//! Which one input of the chambers, if it were not what the model takes it for,
+//! would explain what they miss.
+//!
+//! An effect of no list has no parameters to fit, but it has a place: a command
+//! that is off shows in both chambers, with the signs and sizes of the valve's
+//! slopes; a supply that is off shows in the one that is fed; a leak in one alone.
+//! So the law is run in short windows that each begin from what was measured. In
+//! every window one input may be off by what explains most (one number for all rows
+//! and both chambers), while the ordinary parameters are refitted for all windows
+//! together, from the rig as given: a refit without the input has bent them around
+//! what is missing. The input that leaves least is the place. What it would have had
+//! to be, window by window, is then looked at over time and state like any misfit.
+//!
+//! The fit: with errors r, their slopes S by the ordinary parameters and g by the
+//! input, the best value in a window is a = -g (r + S d) / g g; what it cannot
+//! explain, r and S less their parts along g, gives the step d (Gauss and Newton,
+//! with the engineer's uncertainties as priors).
+//!
+//! Limits: a window is a tenth of a second, so an input that changes faster shows
+//! only in part. More air through the valve's supply side and a higher supply
+//! pressure have one direction: what the needed change goes with decides.
+
+use super::fitted::{Bench, Fitted};
+use super::locate::{self, Located};
+use crate::fit::Parameter;
+use crate::fit::law_problem::{Columns, FreeParameter, LawProblem, windows};
+use crate::laws::{Law, View};
+use crate::rig::Rig;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Length of a window, s.
+const WINDOW_S: f64 = 0.1;
+/// An input that explains less than this of the energy above the noise is not the
+/// place: half, or another part is missing as well.
+const LEAST_SHARE: f64 = 0.5;
+/// Inputs that explain this part of what the best does are not told apart by it.
+const AS_GOOD: f64 = 0.95;
+/// Steps of the ordinary parameters.
+const ROUNDS: usize = 3;
+/// The slope by an ordinary parameter is taken over this part of its uncertainty.
+const STEP: f64 = 0.1;
+/// A value with a larger deviation than this many times the median one says
+/// nothing: the valve was shut, say.
+const WORST_DEVIATION: f64 = 3.0;
+
+/// An input and the small shift with which its direction is found.
+struct Input {
+    place: &'static str,
+    quantity: &'static str,
+    unit: &'static str,
+    /// Numbers of the rig that shift together, each by this much.
+    shifts: Vec<(&'static str, f64)>,
+    /// The shift in the input's unit.
+    size: f64,
+}
+
+/// What there is, with shifts that matter little.
+fn inputs() -> Vec<Input> {
+    let input = |place, quantity, unit, shifts: &[(&'static str, f64)], size| Input {
+        place,
+        quantity,
+        unit,
+        shifts: shifts.to_vec(),
+        size,
+    };
+    let leak = 1e-17;
+    let mut all = vec![
+        input(
+            "valve-command",
+            "command",
+            "V",
+            &[("valve.null_V", -0.005)],
+            0.005,
+        ),
+        input(
+            "supply",
+            "supply pressure",
+            "Pa",
+            &[("supply.pressure_Pa", 1e3)],
+            1e3,
+        ),
+        input(
+            "exhaust",
+            "pressure of the surroundings",
+            "Pa",
+            &[("environment.pressure_Pa", 200.0)],
+            200.0,
+        ),
+    ];
+    let (supply, exhaust) = (
+        ("valve.supply_area_m2", 0.01),
+        ("valve.exhaust_area_m2", 0.01),
+    );
+    for shifts in [&[supply, exhaust][..], &[supply], &[exhaust]] {
+        all.push(input(
+            "valve-flow",
+            "share of the valve's flow",
+            "1",
+            shifts,
+            0.01,
+        ));
+    }
+    for (place, key) in [
+        ("chamber-a", "effects.chamber-leakage.laminar_a_kg_s_Pa2"),
+        ("chamber-b", "effects.chamber-leakage.laminar_b_kg_s_Pa2"),
+    ] {
+        all.push(input(place, "leak", "kg/(s Pa2)", &[(key, leak)], leak));
+    }
+    all
+}
+
+/// One window: its rows and what the prediction is too high by, in units of the
+/// noise, all outputs after each other.
+struct Window {
+    recording: usize,
+    rows: Range<usize>,
+    errors: Vec<f64>,
+}
+
+/// The windows under some ordinary parameters, with an input.
+struct Explained {
+    windows: Vec<Window>,
+    /// By window: what the input would have to be, and its deviation.
+    needed: Vec<Option<(f64, f64)>>,
+    /// Energy that is left, priors counted in.
+    left: f64,
+}
+
+/// The input that explains most of what the chambers' baseline misses, with what it
+/// goes with; `None` where no single one explains it.
+pub(super) fn find(bench: &Bench<'_>, baseline: &Fitted) -> Option<Located> {
+    if bench.law != Law::Chambers || bench.rig.valve.is_none() {
+        return None;
+    }
+    let windowed = Windowed { bench, baseline };
+    let without = windowed.explained(None)?;
+    let dimensions: usize = without
+        .windows
+        .iter()
+        .map(|window| window.errors.len())
+        .sum();
+    let above_noise = without.left - dimensions as f64;
+    let chance = without.windows.len() as f64;
+    let known: Vec<Input> = inputs()
+        .into_iter()
+        .filter(|input| windowed.has(input))
+        .collect();
+    let mut found: Vec<(f64, Located)> = known
+        .par_iter()
+        .filter_map(|input| {
+            let explained = windowed.explained(Some(input))?;
+            let share = (without.left - explained.left - chance) / above_noise;
+            Some((share, windowed.located(input, &explained, share)))
+        })
+        .collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let best = found.first()?.0;
+    if above_noise <= 0.0 || best < LEAST_SHARE {
+        return None;
+    }
+    found.retain(|(share, _)| *share > AS_GOOD * best);
+    let natural = found
+        .iter()
+        .position(|(_, located)| goes_with_its_own(located));
+    Some(found.swap_remove(natural.unwrap_or(0)).1)
+}
+
+/// Whether what a valve's flow would need goes with the valve's opening or the
+/// pressures at it, or that of another place does not.
+fn goes_with_its_own(located: &Located) -> bool {
+    let of_valve = located.leading().is_some_and(|variable| {
+        ["command", "pressure", "pressure ratio to supply"].contains(&variable.name)
+    });
+    (located.place == "valve-flow") == of_valve
+}
+
+/// The law run in windows.
+struct Windowed<'a> {
+    bench: &'a Bench<'a>,
+    baseline: &'a Fitted,
+}
+
+impl Windowed<'_> {
+    /// Whether the rig has the numbers that stand for an input.
+    fn has(&self, input: &Input) -> bool {
+        let rig = self.bench.rig;
+        let is_there = |key: &str| key.starts_with("effects.") || rig.value(key).is_some();
+        input.shifts.iter().all(|(key, _)| is_there(key))
+    }
+
+    /// The windows with an input that may be off, ordinary parameters refitted.
+    fn explained(&self, input: Option<&Input>) -> Option<Explained> {
+        let ordinary = &self.bench.ordinary;
+        let mut values: Vec<f64> = ordinary.iter().map(|free| free.parameter.start).collect();
+        let mut best: Option<Explained> = None;
+        for round in 1.. {
+            let rig = self.rig(&values);
+            let starts = self.starts(&rig);
+            let windows = self.windows(&rig, &starts);
+            let along = input.map(|input| {
+                let rig = shifted(&rig, input);
+                slopes(&windows, &self.windows(&rig, &starts), input.size)
+            });
+            let penalty = |(free, value): (&FreeParameter, &f64)| {
+                let prior = free.parameter.prior;
+                prior.map_or(0.0, |prior| (value - prior.mean) / prior.standard_deviation)
+            };
+            let penalties: Vec<f64> = ordinary.iter().zip(&values).map(penalty).collect();
+            let now = judged(windows, along.as_deref(), &penalties);
+            if round < ROUNDS {
+                let by_ordinary = self.by_ordinary(&values, &now.windows, &starts);
+                let along = along.as_deref();
+                let step = step(&now.windows, along, &by_ordinary, ordinary, &penalties)?;
+                for ((value, free), step) in values.iter_mut().zip(ordinary).zip(step) {
+                    *value = (*value + step).clamp(free.parameter.lower, free.parameter.upper);
+                }
+            }
+            if best.as_ref().is_none_or(|best| now.left < best.left) {
+                best = Some(now);
+            }
+            if round == ROUNDS {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Slopes of the windows' errors by each ordinary parameter.
+    fn by_ordinary(
+        &self,
+        values: &[f64],
+        windows: &[Window],
+        starts: &[Vec<(Range<usize>, Vec<f64>)>],
+    ) -> Vec<Vec<Vec<f64>>> {
+        let slope = |(index, free): (usize, &FreeParameter)| {
+            let size = STEP * step_size(&free.parameter);
+            let mut moved = values.to_vec();
+            moved[index] += size;
+            slopes(windows, &self.windows(&self.rig(&moved), starts), size)
+        };
+        self.bench.ordinary.iter().enumerate().map(slope).collect()
+    }
+
+    /// The rig with values of the ordinary parameters.
+    fn rig(&self, values: &[f64]) -> Rig {
+        let keys = self.bench.ordinary.iter().map(|free| free.key.clone());
+        self.bench
+            .rig
+            .with_values(&keys.zip(values.iter().copied()).collect())
+    }
+
+    /// The states in which the windows begin, by recording.
+    fn starts(&self, rig: &Rig) -> Vec<Vec<(Range<usize>, Vec<f64>)>> {
+        let problem = problem(self.bench, rig);
+        let initial: Vec<f64> = problem
+            .names()
+            .iter()
+            .zip(problem.parameters())
+            .map(|(name, guess)| self.baseline.value(name).unwrap_or(guess.start))
+            .collect();
+        let runs = problem.predict(&initial);
+        let of_recording = |(recording, (_, states)): (usize, &(Columns, Columns))| {
+            let time_s = &self.bench.tracks[recording].recording.time_s;
+            let start = |rows: Range<usize>| {
+                let start = problem.window_start(recording, rows.start, states, View::Centred);
+                (rows, start)
+            };
+            windows(time_s, WINDOW_S).into_iter().map(start).collect()
+        };
+        runs.iter().enumerate().map(of_recording).collect()
+    }
+
+    /// Every window predicted from its start.
+    fn windows(&self, rig: &Rig, starts: &[Vec<(Range<usize>, Vec<f64>)>]) -> Vec<Window> {
+        let problem = problem(self.bench, rig);
+        let of_recording = |(recording, starts): (usize, &Vec<(Range<usize>, Vec<f64>)>)| {
+            let recorded = problem.recorded(recording);
+            let window = |(rows, start): &(Range<usize>, Vec<f64>)| {
+                let mut errors = Vec::with_capacity(rows.len() * recorded.len());
+                let mut store = |row: usize, outputs: &[f64], _: &[f64]| {
+                    let outputs = outputs.iter().zip(&recorded).zip(&self.bench.noise);
+                    errors.extend(outputs.map(|((p, r), noise)| (p - r[row]) / noise));
+                };
+                let none: (&[String], &[f64]) = (&[], &[]);
+                problem.predict_rows((recording, rows.clone()), none, start, &mut store);
+                Window {
+                    recording,
+                    rows: rows.clone(),
+                    errors,
+                }
+            };
+            starts.iter().map(window).collect::<Vec<Window>>()
+        };
+        let recordings: Vec<Vec<Window>> =
+            starts.par_iter().enumerate().map(of_recording).collect();
+        recordings.into_iter().flatten().collect()
+    }
+
+    /// What the input would have had to be, over time and state.
+    fn located(&self, input: &Input, explained: &Explained, share: f64) -> Located {
+        let bench = self.bench;
+        let tracks = bench.tracks.iter();
+        let mut columns: Vec<Vec<f64>> = tracks.map(|track| vec![f64::NAN; track.len()]).collect();
+        let known = explained.needed.iter().flatten();
+        let mut deviations: Vec<f64> = known.map(|(_, deviation)| *deviation).collect();
+        deviations.sort_by(f64::total_cmp);
+        let median = deviations.get(deviations.len() / 2).copied().unwrap_or(0.0);
+        // A constant error is an ordinary parameter's, where there is one.
+        let is_ordinary = |key: &str| bench.ordinary.iter().any(|free| free.key == key);
+        let constant = if input.shifts.iter().any(|(key, _)| is_ordinary(key)) {
+            weighted_mean(explained.needed.iter().flatten())
+        } else {
+            0.0
+        };
+        for (window, needed) in explained.windows.iter().zip(&explained.needed) {
+            if let Some((value, deviation)) = needed
+                && *deviation <= WORST_DEVIATION * median
+            {
+                columns[window.recording][window.rows.clone()].fill(value - constant);
+            }
+        }
+        let place = locate::Input {
+            place: input.place,
+            quantity: input.quantity,
+            unit: input.unit,
+        };
+        Located {
+            share,
+            ..locate::of_input(bench.law, bench.rig, bench.tracks, place, columns)
+        }
+    }
+}
+
+/// The rig with an input shifted.
+fn shifted(rig: &Rig, input: &Input) -> Rig {
+    let shifts = input.shifts.iter().map(|&(key, shift)| {
+        let value = rig.value(key).unwrap_or(0.0);
+        (key.to_owned(), value + shift)
+    });
+    rig.with_values(&shifts.collect())
+}
+
+/// The size of a parameter's uncertainty.
+fn step_size(parameter: &Parameter) -> f64 {
+    parameter
+        .prior
+        .map_or(parameter.scale, |prior| prior.standard_deviation)
+}
+
+/// Slopes of every window's errors.
+fn slopes(base: &[Window], moved: &[Window], size: f64) -> Vec<Vec<f64>> {
+    let pairs = base.iter().zip(moved);
+    pairs
+        .map(|(base, moved)| {
+            let errors = base.errors.iter().zip(&moved.errors);
+            errors.map(|(base, moved)| (moved - base) / size).collect()
+        })
+        .collect()
+}
+
+/// Mean of values, each by its deviation.
+fn weighted_mean<'v>(values: impl Iterator<Item = &'v (f64, f64)>) -> f64 {
+    let (sum, weights) = values.fold((0.0, 0.0), |(sum, weights), (value, deviation)| {
+        let weight = deviation.powi(-2);
+        (sum + weight * value, weights + weight)
+    });
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// What the input explains in every window, and what is left.
+fn judged(windows: Vec<Window>, along: Option<&[Vec<f64>]>, penalties: &[f64]) -> Explained {
+    let mut left = dot(penalties, penalties);
+    let mut needed = Vec::with_capacity(windows.len());
+    for (index, window) in windows.iter().enumerate() {
+        left += dot(&window.errors, &window.errors);
+        needed.push(along.and_then(|along| {
+            let direction = &along[index];
+            let (product, square) = (dot(&window.errors, direction), dot(direction, direction));
+            (square > 0.0 && product.is_finite()).then(|| {
+                left -= product * product / square;
+                (-product / square, 1.0 / square.sqrt())
+            })
+        }));
+    }
+    Explained {
+        windows,
+        needed,
+        left,
+    }
+}
+
+/// The step of the ordinary parameters; the input follows in every window.
+fn step(
+    windows: &[Window],
+    along: Option<&[Vec<f64>]>,
+    by_ordinary: &[Vec<Vec<f64>>],
+    ordinary: &[FreeParameter],
+    penalties: &[f64],
+) -> Option<Vec<f64>> {
+    let count = by_ordinary.len();
+    let sizes: Vec<f64> = ordinary
+        .iter()
+        .map(|free| step_size(&free.parameter))
+        .collect();
+    let mut curvature = DMatrix::<f64>::zeros(count, count);
+    let mut pull = DVector::<f64>::zeros(count);
+    for (i, free) in ordinary.iter().enumerate() {
+        if free.parameter.prior.is_some() {
+            curvature[(i, i)] = 1.0;
+            pull[i] = -penalties[i];
+        }
+    }
+    for (index, window) in windows.iter().enumerate() {
+        let direction = along.map(|along| along[index].as_slice());
+        let square = direction.map_or(0.0, |direction| dot(direction, direction));
+        // Products of what is left when the parts along the input are taken out.
+        let product = |a: &[f64], b: &[f64]| match direction {
+            Some(g) if square > 0.0 => dot(a, b) - dot(a, g) * dot(b, g) / square,
+            _ => dot(a, b),
+        };
+        for i in 0..count {
+            let slope = &by_ordinary[i][index];
+            pull[i] -= sizes[i] * product(slope, &window.errors);
+            for j in 0..=i {
+                let value = sizes[i] * sizes[j] * product(slope, &by_ordinary[j][index]);
+                curvature[(i, j)] += value;
+                if i != j {
+                    curvature[(j, i)] += value;
+                }
+            }
+        }
+    }
+    let steps = curvature.cholesky()?.solve(&pull);
+    Some(
+        steps
+            .iter()
+            .zip(&sizes)
+            .map(|(step, size)| step * size)
+            .collect(),
+    )
+}
+
+/// The law with a rig whose numbers are all set.
+fn problem<'p>(bench: &'p Bench<'_>, rig: &'p Rig) -> LawProblem<'p> {
+    LawProblem {
+        law: bench.law,
+        rig,
+        tracks: bench.tracks,
+        free: &[],
+        sigma: &bench.noise,
+        left_out: None,
+        presence: None,
+    }
+}

@@ -1,0 +1,136 @@
+//! A search by values alone, for parameters in which the residuals are not smooth.
+//!
+//! Behind a play the instant of every blow jumps with the parameters: derivatives
+//! are those of one course of blows, and lead into the hollow of it. So the
+//! parameters are varied by factors, one after the other, and the step of a whole
+//! round is repeated while it helps (Hooke and Jeeves 1961).
+
+use nalgebra::DMatrix;
+
+/// The first factor, as a logarithm; most starts are within it of the end.
+const FIRST_STEP: f64 = 0.4;
+/// The last one: two per cent.
+const LAST_STEP: f64 = 0.02;
+/// So many costs are asked for at the most.
+const MOST_COSTS: usize = 400;
+
+/// The positive numbers near `start`, within their bounds, at which `cost` is least.
+pub fn descend(
+    start: &[f64],
+    bounds: &[(f64, f64)],
+    mut cost: impl FnMut(&[f64]) -> f64,
+) -> Vec<f64> {
+    let mut asked = 0;
+    let mut ask = |values: &[f64]| {
+        asked += 1;
+        (cost(values), asked >= MOST_COSTS)
+    };
+    let (mut best, mut step) = (start.to_vec(), FIRST_STEP);
+    let (mut least, mut ended) = ask(&best);
+    while step > LAST_STEP && !ended {
+        let before = best.clone();
+        for index in 0..best.len() {
+            for factor in [step.exp(), (-step).exp()] {
+                let mut trial = best.clone();
+                trial[index] = within(trial[index] * factor, bounds[index]);
+                let (value, last) = ask(&trial);
+                ended |= last;
+                if value < least {
+                    (best, least) = (trial, value);
+                    break;
+                }
+            }
+        }
+        if best == before {
+            step *= 0.5;
+            continue;
+        }
+        let trial: Vec<f64> = (0..best.len())
+            .map(|index| within(best[index] * (best[index] / before[index]), bounds[index]))
+            .collect();
+        let (value, last) = ask(&trial);
+        ended |= last;
+        if value < least {
+            (best, least) = (trial, value);
+        }
+    }
+    best
+}
+
+/// Standard deviations of positive numbers, from how `cost` (half the sum of
+/// squares, in units of its noise) rises around them when they are varied by a tenth:
+/// wide against the ripples, narrow against the hollow. `None` where it does not rise.
+pub fn deviations(at: &[f64], mut cost: impl FnMut(&[f64]) -> f64) -> Option<Vec<f64>> {
+    const STEP: f64 = 0.1;
+    let count = at.len();
+    let mut moved = |moves: &[(usize, f64)]| {
+        let mut values = at.to_vec();
+        for &(index, sign) in moves {
+            values[index] *= (sign * STEP).exp();
+        }
+        cost(&values)
+    };
+    let here = moved(&[]);
+    let mut curvature = DMatrix::zeros(count, count);
+    for i in 0..count {
+        let sides = moved(&[(i, 1.0)]) + moved(&[(i, -1.0)]);
+        curvature[(i, i)] = (sides - 2.0 * here) / (STEP * STEP);
+        for j in 0..i {
+            let mut both = |a, b| moved(&[(i, a), (j, b)]);
+            let alike = both(1.0, 1.0) + both(-1.0, -1.0);
+            let apart = both(1.0, -1.0) + both(-1.0, 1.0);
+            let mixed = (alike - apart) / (4.0 * STEP * STEP);
+            (curvature[(i, j)], curvature[(j, i)]) = (mixed, mixed);
+        }
+    }
+    let covariance = curvature.cholesky()?.inverse();
+    let deviation = |index: usize| at[index] * covariance[(index, index)].sqrt();
+    Some((0..count).map(deviation).collect())
+}
+
+fn within(value: f64, (lower, upper): (f64, f64)) -> f64 {
+    if value.is_nan() {
+        lower
+    } else {
+        value.clamp(lower, upper)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_a_valley_with_steps_is_walked_down_to_its_end() {
+        // Least at (3, 0.02), along a ridge, with ripples that turn every gradient.
+        let cost = |at: &[f64]| {
+            let (a, b) = ((at[0] / 3.0).ln(), (at[1] / 0.02).ln());
+            (a + b).powi(2) * 10.0 + (a - b).powi(2) + 0.01 * ((a * 40.0).sin().abs())
+        };
+        let end = descend(&[1.0, 0.1], &[(0.1, 10.0), (1e-3, 1.0)], cost);
+        assert!((end[0] / 3.0).ln().abs() < 0.1, "{end:?}");
+        assert!((end[1] / 0.02).ln().abs() < 0.1, "{end:?}");
+    }
+
+    #[test]
+    fn val_deviations_are_those_of_a_known_covariance() {
+        // Logarithms with deviations 0.02 and 0.05 and a correlation of 0.6.
+        let (sa, sb, r) = (0.02, 0.05, 0.6);
+        let cost = |at: &[f64]| {
+            let (a, b) = ((at[0] / 3.0).ln() / sa, (at[1] / 0.02).ln() / sb);
+            0.5 * (a * a - 2.0 * r * a * b + b * b) / (1.0 - r * r)
+        };
+        let found = deviations(&[3.0, 0.02], cost).unwrap();
+        assert!((found[0] / (3.0 * sa) - 1.0).abs() < 1e-6, "{found:?}");
+        assert!((found[1] / (0.02 * sb) - 1.0).abs() < 1e-6, "{found:?}");
+        assert!(deviations(&[1.0, 1.0], |_| 1.0).is_none());
+    }
+
+    #[test]
+    fn prop_bounds_are_kept_and_nothing_gets_worse() {
+        let cost = |at: &[f64]| (at[0] - 5.0).powi(2) + (at[1] - 1.0).powi(2);
+        let end = descend(&[1.0, 1.0], &[(0.5, 2.0), (0.0, 2.0)], cost);
+        assert!(end[0] <= 2.0 && cost(&end) <= cost(&[1.0, 1.0]), "{end:?}");
+        assert!((end[0] - 2.0).abs() < 1e-9, "{end:?}");
+    }
+}
