@@ -233,7 +233,7 @@ impl MechanicalEffects {
             ),
             field("mechanical_effects.dwell_rise_n", self.dwell_rise_n, -1e5, 1e5),
             field("mechanical_effects.dwell_time_constant_s", self.dwell_time_constant_s, 1e-3, 1e6),
-            field("mechanical_effects.dwell_forgetting_way_m", self.dwell_forgetting_way_m, 1e-6, 1.0),
+            field("mechanical_effects.dwell_forgetting_way_m", self.dwell_forgetting_way_m, 1e-6, 10.0),
             field("mechanical_effects.load_mass_kg", self.load_mass_kg, 0.0, 1e4),
             field("mechanical_effects.load_stiffness_n_per_m", self.load_stiffness_n_per_m, 0.0, 1e10),
             field("mechanical_effects.load_damping_n_s_per_m", self.load_damping_n_s_per_m, 0.0, 1e7),

@@ -336,10 +336,11 @@ impl<'a> Judge<'a> {
     }
 
     /// Sum over the outputs of the log of the RMS misfit; the noise is its floor,
-    /// unless that was set and not declared: below it forms can be told apart.
+    /// unless that was set and not declared: below it forms can be told apart, down to
+    /// what a single break-away can be made to fit by.
     fn score(&self, fitted: &Fitted) -> f64 {
         let floor = if self.bench.law == Law::Balance {
-            0.0
+            LEAST_MISFIT
         } else {
             1.0
         };
@@ -584,6 +585,12 @@ impl<'a> Judge<'a> {
         judged
     }
 
+    /// Whether the baseline misses an output by more than its noise explains.
+    fn is_missed(&self, output: usize) -> bool {
+        let excess = self.baseline.mean_square[output] / self.bench.noise[output].powi(2) - 1.0;
+        excess > super::worth_a_search_of(self.bench.law)
+    }
+
     /// Energy of the misfit above the noise, per output.
     fn misfit(&self, squares: &[f64], output: usize) -> f64 {
         let noise = self.bench.noise[output].powi(2);
@@ -620,14 +627,16 @@ impl<'a> Judge<'a> {
 
     fn evidence(&mut self, with: &Fitted, without: &Fitted, candidate: usize) -> Evidence {
         let (mine, theirs) = (self.judged(with), self.judged(without));
-        let outputs = 0..mine.len();
         let improvement = |output: usize| {
             let energy = self.misfit(&theirs[output], output) - self.misfit(&mine[output], output);
             let noise = self.bench.noise[output].powi(2);
             let missing = self.baseline.mean_square[output] - noise;
             energy / missing.max(LEAST_MISFIT * noise)
         };
-        let helped = outputs
+        // Where nothing is missed, nothing can be shown to be there.
+        let missed = |output: &usize| self.is_missed(*output);
+        let helped = (0..mine.len())
+            .filter(missed)
             .max_by(|&a, &b| improvement(a).total_cmp(&improvement(b)))
             .unwrap_or(0);
         let share = improvement(helped);

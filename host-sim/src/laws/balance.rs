@@ -19,7 +19,7 @@
 
 use super::carriage_history::slope;
 use super::force::buffer_n;
-use super::{Output, Sink, Track, delayed};
+use super::{Output, Sink, Track, delayed, white_noise};
 use crate::model::{Side, Values};
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
@@ -45,6 +45,8 @@ const CREEPING_NOISE_N: f64 = 0.5;
 /// The carriage stands where it stays within this of its place, m: presliding
 /// of metal guides is some 20 to 60 um.
 const STANDING_M: f64 = 1e-4;
+/// ... or within this many deviations of its sensor's noise ...
+const STANDING_DEVIATIONS: f64 = 5.0;
 /// ... for at least this long, s.
 const LEAST_REST_S: f64 = 0.03;
 /// The first way after break-away, m: from its parabola over time the instant
@@ -102,6 +104,7 @@ pub struct Breakaway {
 /// The break-aways of a recorded position.
 pub fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
     let mut events = Vec::new();
+    let standing_m = STANDING_M.max(STANDING_DEVIATIONS * white_noise(position_m));
     let Some(&first) = position_m.first() else {
         return events;
     };
@@ -110,7 +113,7 @@ pub fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
     let mut place_before = f64::INFINITY;
     for (row, &position) in position_m.iter().enumerate() {
         let away = position - place;
-        if away.abs() <= STANDING_M {
+        if away.abs() <= standing_m {
             rows += 1.0;
             place += away / rows;
             continue;
@@ -401,7 +404,10 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     let mut centre = half + 1;
     while centre + half + 1 < track.len() {
         let rows = centre - half..centre + half + 1;
-        let slowest = motion.velocity_m_per_s[rows.clone()]
+        // A smoothed velocity mixes in what lies that far beyond: a stop, perhaps.
+        let beyond = motion.half_width;
+        let smoothed = rows.start.saturating_sub(beyond)..(rows.end + beyond).min(track.len());
+        let slowest = motion.velocity_m_per_s[smoothed]
             .iter()
             .fold(f64::INFINITY, |least, v| least.min(v.abs()));
         if slowest > CREEPING_M_PER_S {
