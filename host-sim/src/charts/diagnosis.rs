@@ -2,7 +2,7 @@
 //! what it could be confused with, what to record next, parameters, and how it
 //! was made.
 
-use super::{Curve, OPEN_DETAIL, located_misfit, prediction_stack, shade_intervals};
+use super::{Curve, OPEN_DETAIL, located_misfit, needed_input, prediction_stack, shade_intervals};
 use crate::diagnose::proof::Run;
 use crate::diagnose::verdict::{FitFigures, Verdict};
 use crate::diagnose::{Diagnosis, LawDiagnosis, Model, words};
@@ -165,6 +165,9 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
         }
         for located in &law.located {
             located_misfit(section, located, Role::Refitted);
+        }
+        if let Some(input) = &law.input {
+            needed_input(section, input, Role::Refitted);
         }
     }
 }

@@ -111,7 +111,25 @@ fn shares(located: &Located, role: Role) -> BarChart {
 
 /// Mean and spread of the residual in bins of a variable.
 fn over_variable(located: &Located, variable: &VariableShare, role: Role) -> Chart {
-    let (x, y) = (shown(variable.unit), shown(located.quantity_unit));
+    let title = format!(
+        "`{}` over {}: {:.0} %",
+        located.signal,
+        variable.name,
+        100.0 * variable.eta_squared
+    );
+    let quantity = format!("{}, predicted − recorded", located.quantity);
+    binned(title, quantity, located.quantity_unit, variable, role)
+}
+
+/// Mean and spread of a quantity in bins of a variable.
+fn binned(
+    title: String,
+    quantity: String,
+    unit: &'static str,
+    variable: &VariableShare,
+    role: Role,
+) -> Chart {
+    let (x, y) = (shown(variable.unit), shown(unit));
     let bins = || variable.bins.iter();
     let at = |bin: &crate::diagnose::locate::Bin| bin.x * x.per_si;
     let band = bins().map(|bin| {
@@ -119,20 +137,38 @@ fn over_variable(located: &Located, variable: &VariableShare, role: Role) -> Cha
         (at(bin), mean - sd, mean + sd)
     });
     let means: Vec<(f64, f64)> = bins().map(|bin| (at(bin), bin.mean * y.per_si)).collect();
-    Chart::new(format!(
-        "`{}` over {}: {:.0} %",
-        located.signal,
-        variable.name,
-        100.0 * variable.eta_squared
-    ))
-    .x_axis(variable.name, x.unit)
-    .y_axis(
-        format!("{}, predicted − recorded", located.quantity),
-        y.unit,
-    )
-    .height(HEIGHT_PX)
-    .band("spread in the bin, ± sd", role, band)
-    .series(Series::new("mean in the bin", role, means.clone()))
-    .series(Series::new("bins", role, means).dots())
-    .level(0.0, "")
+    Chart::new(title)
+        .x_axis(variable.name, x.unit)
+        .y_axis(quantity, y.unit)
+        .height(HEIGHT_PX)
+        .band("spread in the bin, ± sd", role, band)
+        .series(Series::new("mean in the bin", role, means.clone()))
+        .series(Series::new("bins", role, means).dots())
+        .level(0.0, "")
+}
+
+/// What one input would have had to be off by to explain a law that no effect explains.
+pub fn needed_input(section: &mut Section, input: &Located, role: Role) {
+    section.text(format!(
+        "No effect of the list explains this law. If the {} alone were not what the model takes it for, \
+         {:.0} % of the misfit would be explained. What it would have to be off by, found in windows of a \
+         tenth of a second while the ordinary parameters are refitted: {}.",
+        input.quantity,
+        100.0 * input.share,
+        input.when
+    ));
+    let named = open_variables(input);
+    if named.is_empty() {
+        return;
+    }
+    section.row(|row| {
+        for variable in &named {
+            let title = format!(
+                "what the {} is off by, over {}",
+                input.quantity, variable.name
+            );
+            let quantity = input.quantity.to_owned();
+            row.chart(binned(title, quantity, input.quantity_unit, variable, role));
+        }
+    });
 }

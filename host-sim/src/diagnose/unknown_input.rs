@@ -458,3 +458,77 @@ fn problem<'p>(bench: &'p Bench<'_>, rig: &'p Rig) -> LawProblem<'p> {
         presence: None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::search;
+    use crate::laws::Track;
+    use crate::recording::Recording;
+    use truth_plant::{Kind, Request, Strength};
+
+    /// The input that is found on a case of the truth plant with an effect of no list.
+    fn found(seed: u64, strength: Strength, effect: &str) -> Located {
+        let request = Request::new(seed, Kind::OffList).with_noise(1.0);
+        let request = request.with_effect(effect).unwrap().with_strength(strength);
+        let case = request.draw();
+        let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
+        let folder = std::env::temp_dir().join(format!("{effect}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let read = |(name, text): &(String, String)| {
+            std::fs::write(folder.join(name), text).unwrap();
+            Recording::read(folder.join(name), &rig.signals).unwrap()
+        };
+        let recordings: Vec<Recording> = case.train.iter().map(read).collect();
+        std::fs::remove_dir_all(&folder).unwrap();
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let bench = Bench::new(Law::Chambers, &rig, &tracks);
+        let baseline = search::baseline(&bench).unwrap();
+        find(&bench, &baseline).unwrap()
+    }
+
+    #[test]
+    fn val_a_null_that_drifts_is_a_command_that_drifts() {
+        let input = found(2_564_860_095, Strength::Strong, "null-drift");
+        assert_eq!(input.place, "valve-command");
+        let leading = input.leading().unwrap();
+        assert_eq!(leading.name, "time since start");
+        // The drawn drift is -9.3 mV/s; ordinary parameters take a part of it.
+        let (first, last) = (leading.bins[0], leading.bins[leading.bins.len() - 1]);
+        let drift_v_per_s = (last.mean - first.mean) / (last.x - first.x);
+        println!("{drift_v_per_s} V/s");
+        assert!(drift_v_per_s.abs() > 3e-3 && drift_v_per_s.abs() < 12e-3);
+    }
+
+    #[test]
+    fn val_a_supply_that_ripples_is_a_supply_that_is_off() {
+        let input = found(3_904_658_665, Strength::Weak, "supply-ripple");
+        assert_eq!(input.place, "supply");
+    }
+
+    #[test]
+    fn prop_the_step_is_that_of_the_whole_least_squares_problem() {
+        // Two windows of three errors, one ordinary parameter with slope 1 and no prior,
+        // an input along (1, 1, 1): only what is not constant moves the parameter.
+        let window = |errors: [f64; 3]| Window {
+            recording: 0,
+            rows: 0..3,
+            errors: errors.to_vec(),
+        };
+        let windows = vec![window([5.0, 6.0, 7.0]), window([-3.0, -2.0, -1.0])];
+        let slope = vec![vec![vec![0.0, 1.0, 2.0], vec![0.0, 1.0, 2.0]]];
+        let along = vec![vec![1.0; 3], vec![1.0; 3]];
+        let free = FreeParameter {
+            key: "valve.null_V".into(),
+            scope: crate::fit::law_problem::Scope::Shared,
+            parameter: Parameter::new(0.0),
+        };
+        let step = step(&windows, Some(&along), &slope, &[free], &[0.0]).unwrap();
+        assert!((step[0] + 1.0).abs() < 1e-12, "{step:?}");
+        let judged = judged(windows, Some(&along), &[0.0]);
+        // Left are (-1, 0, 1) of each window; the inputs are less their means.
+        assert!((judged.left - 4.0).abs() < 1e-12, "{}", judged.left);
+        let needed: Vec<f64> = judged.needed.iter().map(|one| one.unwrap().0).collect();
+        assert!((needed[0] + 6.0).abs() < 1e-12 && (needed[1] - 2.0).abs() < 1e-12);
+    }
+}

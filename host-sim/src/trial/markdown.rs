@@ -1,6 +1,8 @@
 //! The scorecard's main tables as Markdown, for the book.
 
 use super::book::Scorecard;
+use super::on_chip::Tried;
+use super::run::CaseResult;
 use super::score::Row;
 use std::fmt::Write as _;
 
@@ -26,7 +28,37 @@ pub fn tables(card: &Scorecard) -> String {
     }
     rows(&mut text, "what was missing", &card.score.classes);
     rows(&mut text, "how it was concealed", &card.score.concealments);
+    on_chip(&mut text, &card.cases);
     text
+}
+
+/// What the found effects did to the control of the true plant.
+fn on_chip(text: &mut String, cases: &[CaseResult]) {
+    let _ = writeln!(
+        text,
+        "\n| back onto the chip | found | rms mm: as given | refitted | improved | outcome |\n|---|---|---|---|---|---|"
+    );
+    let rms = |tried: &Tried| match tried {
+        Tried::Driven(tracking) if tracking.fault_s > 0.0 => "fault".to_owned(),
+        Tried::Driven(tracking) => format!("{:.3}", 1e3 * tracking.rms_m),
+        Tried::Refused(_) => "–".to_owned(),
+    };
+    for case in cases {
+        let (Some(tried), Some(said)) = (&case.on_chip, &case.said) else {
+            continue;
+        };
+        let found: Vec<&str> = said.named().iter().map(|one| one.effect.as_str()).collect();
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} |",
+            case.planned.folder(),
+            found.join(", "),
+            rms(&tried.given),
+            rms(&tried.refitted),
+            rms(&tried.improved),
+            tried.remark(),
+        );
+    }
 }
 
 fn beside(text: &mut String, card: &Scorecard) {
