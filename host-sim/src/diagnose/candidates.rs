@@ -15,6 +15,9 @@ use model_core::valve::GasState;
 /// No cushion is longer than this, m.
 const LONGEST_CUSHION_M: f64 = 0.06;
 
+/// A play below the bristle's deflection (20 to 30 um) does not matter.
+const LEAST_PLAY_M: f64 = 2e-5;
+
 /// A stiction that has grown within less than this is grown at every break-away, s: a
 /// static level.
 const SHORTEST_DWELL_S: f64 = 0.1;
@@ -665,7 +668,7 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
         // random. A soft one that does not bounce hands on the same momentum.
         all.push(
             coupling("load-backlash", &[2e4], 700.0)
-                .free("gap_m", (0.0, 1e-2), &[1e-4, 4e-4, 1.2e-3, 3e-3])
+                .free("gap_m", (LEAST_PLAY_M, 1e-2), &[1e-4, 4e-4, 1.2e-3, 3e-3])
                 .rough(),
         );
     }

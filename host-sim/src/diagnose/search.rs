@@ -48,6 +48,9 @@ const LEAST_MISFIT: f64 = 0.05;
 /// Effects that do nothing, at their smallest, but shift a signal in time.
 const SHIFTS_IN_TIME: [&str; 3] = ["position-time-skew", "pressure-sensor-lag", "valve-delay"];
 
+/// Numbers without which an effect is another one.
+const DECISIVE: [&str; 2] = [".time_constant_s", ".gap_m"];
+
 /// A misfit whose energy is this much above the noise's is noise.
 const TO_THE_NOISE: f64 = 0.05;
 
@@ -392,8 +395,10 @@ impl<'a> Judge<'a> {
             .all(|(square, noise)| square / noise.powi(2) - 1.0 < TO_THE_NOISE)
     }
 
-    /// The best models, one per set.
+    /// The best models, one per set; none with an effect that is another one there.
     fn best(&self, mut models: Vec<Fitted>) -> Vec<Fitted> {
+        let is_itself = |model: &Fitted, index: usize| !self.is_another(model, index);
+        models.retain(|model| model.set.iter().all(|&index| is_itself(model, index)));
         models.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
         models.dedup_by(|a, b| a.set == b.set);
         models.truncate(if self.bench.is_long() {
@@ -718,22 +723,31 @@ impl<'a> Judge<'a> {
             .all(|(_, shift)| shift.abs() < sampling * row_s)
     }
 
-    /// Whether every parameter of the effect stands on a bound, or its time constant:
-    /// what is that quick, or that slow, is no such effect.
+    /// Whether every parameter of the effect stands on a bound, or a decisive one.
     fn stands_on_bound(&self, model: &Fitted, candidate: usize) -> bool {
         let free = &self.bench.candidates[candidate].free;
-        let own: Vec<(&String, bool)> = model
-            .names
-            .iter()
-            .zip(model.at_bound.iter().copied())
-            .filter(|(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
-            .collect();
-        let is_time_constant = |name: &str| name.ends_with("time_constant_s");
-        !free.is_empty()
-            && (own.iter().all(|(_, at_bound)| *at_bound)
-                || own
-                    .iter()
-                    .any(|(name, at_bound)| *at_bound && is_time_constant(name)))
+        let mut own = self.at_bound(model, candidate);
+        !free.is_empty() && (own.all(|(_, at_bound)| at_bound) || self.is_another(model, candidate))
+    }
+
+    /// Whether a decisive number of an effect stands on its bound: a play of nought is
+    /// a compliance, a stiction that grows at once a static level.
+    fn is_another(&self, model: &Fitted, candidate: usize) -> bool {
+        let is_decisive = |name: &str| DECISIVE.iter().any(|number| name.ends_with(number));
+        let mut own = self.at_bound(model, candidate);
+        own.any(|(name, at_bound)| at_bound && is_decisive(name))
+    }
+
+    /// The effect's parameters, and which stand on a bound.
+    fn at_bound<'m>(
+        &'m self,
+        model: &'m Fitted,
+        candidate: usize,
+    ) -> impl Iterator<Item = (&'m str, bool)> {
+        let free = &self.bench.candidates[candidate].free;
+        let all = model.names.iter().map(String::as_str);
+        all.zip(model.at_bound.iter().copied())
+            .filter(move |(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
     }
 }
 
