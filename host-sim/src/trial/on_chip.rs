@@ -69,15 +69,17 @@ pub struct OnChip {
 const NOTEWORTHY: f64 = 0.05;
 
 impl OnChip {
-    /// What came of it, in a few words.
+    /// What came of it, in a few words: beside the refitted rig, or beside the one as
+    /// given where the refitted numbers are out of the settings' range.
     pub fn remark(&self) -> String {
-        let (refitted, improved) = match (&self.refitted, &self.improved) {
-            (Tried::Driven(refitted), Tried::Driven(improved)) => (refitted, improved),
-            (_, Tried::Refused(why)) | (Tried::Refused(why), _) => {
-                return format!("not carried by the settings: {why}");
-            }
+        let improved = match &self.improved {
+            Tried::Driven(improved) => improved,
+            Tried::Refused(why) => return format!("not carried by the settings: {why}"),
         };
-        let ratio = improved.rms_m / refitted.rms_m;
+        let Some(before) = self.refitted.tracking().or(self.given.tracking()) else {
+            return "neither rig is carried by the settings".into();
+        };
+        let ratio = improved.rms_m / before.rms_m;
         if improved.fault_s > 0.0 {
             "ended in a fault".into()
         } else if ratio < 1.0 - NOTEWORTHY {
