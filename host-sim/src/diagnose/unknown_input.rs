@@ -111,6 +111,12 @@ fn inputs() -> Vec<Input> {
     all
 }
 
+/// Where a window begins.
+struct Start {
+    rows: Range<usize>,
+    states: Vec<f64>,
+}
+
 /// One window: its rows and what the prediction is too high by, in units of the
 /// noise, all outputs after each other.
 struct Window {
@@ -232,7 +238,7 @@ impl Windowed<'_> {
         &self,
         values: &[f64],
         windows: &[Window],
-        starts: &[Vec<(Range<usize>, Vec<f64>)>],
+        starts: &[Vec<Start>],
     ) -> Vec<Vec<Vec<f64>>> {
         let slope = |(index, free): (usize, &FreeParameter)| {
             let size = STEP * step_size(&free.parameter);
@@ -252,7 +258,7 @@ impl Windowed<'_> {
     }
 
     /// The states in which the windows begin, by recording.
-    fn starts(&self, rig: &Rig) -> Vec<Vec<(Range<usize>, Vec<f64>)>> {
+    fn starts(&self, rig: &Rig) -> Vec<Vec<Start>> {
         let problem = problem(self.bench, rig);
         let initial: Vec<f64> = problem
             .names()
@@ -264,8 +270,11 @@ impl Windowed<'_> {
         let of_recording = |(recording, (_, states)): (usize, &(Columns, Columns))| {
             let time_s = &self.bench.tracks[recording].recording.time_s;
             let start = |rows: Range<usize>| {
-                let start = problem.window_start(recording, rows.start, states, View::Centred);
-                (rows, start)
+                let first = rows.start;
+                Start {
+                    rows,
+                    states: problem.window_start(recording, first, states, View::Centred),
+                }
             };
             windows(time_s, WINDOW_S).into_iter().map(start).collect()
         };
@@ -273,18 +282,18 @@ impl Windowed<'_> {
     }
 
     /// Every window predicted from its start.
-    fn windows(&self, rig: &Rig, starts: &[Vec<(Range<usize>, Vec<f64>)>]) -> Vec<Window> {
+    fn windows(&self, rig: &Rig, starts: &[Vec<Start>]) -> Vec<Window> {
         let problem = problem(self.bench, rig);
-        let of_recording = |(recording, starts): (usize, &Vec<(Range<usize>, Vec<f64>)>)| {
+        let of_recording = |(recording, starts): (usize, &Vec<Start>)| {
             let recorded = problem.recorded(recording);
-            let window = |(rows, start): &(Range<usize>, Vec<f64>)| {
+            let window = |Start { rows, states }: &Start| {
                 let mut errors = Vec::with_capacity(rows.len() * recorded.len());
                 let mut store = |row: usize, outputs: &[f64], _: &[f64]| {
                     let outputs = outputs.iter().zip(&recorded).zip(&self.bench.noise);
                     errors.extend(outputs.map(|((p, r), noise)| (p - r[row]) / noise));
                 };
                 let none: (&[String], &[f64]) = (&[], &[]);
-                problem.predict_rows((recording, rows.clone()), none, start, &mut store);
+                problem.predict_rows((recording, rows.clone()), none, states, &mut store);
                 Window {
                     recording,
                     rows: rows.clone(),

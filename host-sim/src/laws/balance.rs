@@ -95,8 +95,6 @@ pub struct Breakaway {
     pub at_s: f64,
     /// +1 or -1.
     pub direction: f64,
-    /// Where it stood, m.
-    pub place_m: f64,
     /// How long it has stood, s.
     pub rest_s: f64,
 }
@@ -110,7 +108,8 @@ pub fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
     };
     // The place is the mean of where it has stood so far.
     let (mut place, mut since, mut rows) = (first, 0_usize, 1.0);
-    let mut place_before = f64::INFINITY;
+    // The place before, and whether an event told of it.
+    let (mut place_before, mut was_told) = (f64::INFINITY, false);
     for (row, &position) in position_m.iter().enumerate() {
         let away = position - place;
         if away.abs() <= standing_m {
@@ -125,18 +124,18 @@ pub fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
         }
         // Within the first way from the place before it creeps: neither was a rest.
         let creeps = (place - place_before).abs() < FIRST_WAY_M;
-        if creeps {
-            events.pop_if(|event: &mut Breakaway| event.place_m == place_before);
+        if creeps && was_told {
+            events.pop();
         }
         place_before = place;
-        let instant = instant(&time_s[row..], &position_m[row..], place);
-        if let Some(at_s) = instant.filter(|_| !creeps) {
+        let instant = instant(&time_s[row..], &position_m[row..], place).filter(|_| !creeps);
+        was_told = instant.is_some();
+        if let Some(at_s) = instant {
             let at_s = at_s.clamp(time_s[since], time_s[row]);
             events.push(Breakaway {
                 row: time_s.partition_point(|&time| time < at_s),
                 at_s,
                 direction: away.signum(),
-                place_m: place,
                 rest_s,
             });
         }
