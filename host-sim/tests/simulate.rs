@@ -500,6 +500,7 @@ fn telling(key: &str) -> f64 {
         "stiffness_N_m" | "buffer_stiffness_N_m" => 1e5,
         "damping_Ns_m" | "buffer_damping_Ns_m" => 50.0,
         "gap_m" => 1e-4,
+        "forgetting_way_m" => 2e-5,
         "buffer_length_m" => 0.2499,
         "natural_frequency_Hz" => 40.0,
         "damping_ratio" => 0.4,
