@@ -225,10 +225,7 @@ fn alternatives(laws: &[LawDiagnosis]) -> Vec<Vec<String>> {
 }
 
 fn located(laws: &[LawDiagnosis], train: &[Recording]) -> Vec<Located> {
-    let inputs = laws
-        .iter()
-        .filter(|law| is_unexplained(law))
-        .filter_map(|law| law.input.as_ref());
+    let inputs = laws.iter().filter_map(|law| law.input.as_ref());
     let mut all: Vec<Located> = laws
         .iter()
         .flat_map(|law| law.located.iter())

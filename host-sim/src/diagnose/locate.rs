@@ -333,7 +333,7 @@ fn correlated_rows(columns: &[Vec<f64>]) -> f64 {
     median(lengths.collect()).unwrap_or(1.0).max(1.0)
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

@@ -124,7 +124,7 @@ fn misses(searched: Law, baseline: &Fitted, noise: &[f64]) -> bool {
     let outputs = baseline.mean_square.iter().zip(noise);
     outputs
         .take(trusted)
-        .any(|(square, noise)| square / noise.powi(2) - 1.0 > worth_a_search_of(searched))
+        .any(|(&square, &noise)| is_missed(searched, square, noise))
 }
 
 /// The whole diagnosis.
@@ -353,7 +353,12 @@ fn worth_a_search(bench: &Bench<'_>, baseline: &Fitted) -> bool {
         .mean_square
         .iter()
         .zip(&bench.noise)
-        .any(|(square, noise)| square / noise.powi(2) - 1.0 > worth_a_search_of(bench.law))
+        .any(|(&square, &noise)| is_missed(bench.law, square, noise))
+}
+
+/// Whether an output is missed by more than its noise explains.
+fn is_missed(law: Law, mean_square: f64, noise: f64) -> bool {
+    mean_square / noise.powi(2) - 1.0 > worth_a_search_of(law)
 }
 
 /// The energy above the noise's from which a misfit is one.

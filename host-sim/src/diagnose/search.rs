@@ -598,8 +598,8 @@ impl<'a> Judge<'a> {
 
     /// Whether the baseline misses an output by more than its noise explains.
     fn is_missed(&self, output: usize) -> bool {
-        let excess = self.baseline.mean_square[output] / self.bench.noise[output].powi(2) - 1.0;
-        excess > super::worth_a_search_of(self.bench.law)
+        let (square, noise) = (self.baseline.mean_square[output], self.bench.noise[output]);
+        super::is_missed(self.bench.law, square, noise)
     }
 
     /// Energy of the misfit above the noise, per output.

@@ -47,9 +47,7 @@ const WORST_DEVIATION: f64 = 3.0;
 
 /// An input and the small shift with which its direction is found.
 struct Input {
-    place: &'static str,
-    quantity: &'static str,
-    unit: &'static str,
+    what: locate::Input,
     /// Numbers of the rig that shift together, each by this much.
     shifts: Vec<(&'static str, f64)>,
     /// The shift in the input's unit.
@@ -59,9 +57,11 @@ struct Input {
 /// What there is, with shifts that matter little.
 fn inputs() -> Vec<Input> {
     let input = |place, quantity, unit, shifts: &[(&'static str, f64)], size| Input {
-        place,
-        quantity,
-        unit,
+        what: locate::Input {
+            place,
+            quantity,
+            unit,
+        },
         shifts: shifts.to_vec(),
         size,
     };
@@ -201,7 +201,7 @@ impl Windowed<'_> {
         let ordinary = &self.bench.ordinary;
         let mut values: Vec<f64> = ordinary.iter().map(|free| free.parameter.start).collect();
         let mut best: Option<Explained> = None;
-        for round in 1.. {
+        for round in 1..=ROUNDS {
             let rig = self.rig(&values);
             let starts = self.starts(&rig);
             let windows = self.windows(&rig, &starts);
@@ -225,9 +225,6 @@ impl Windowed<'_> {
             }
             if best.as_ref().is_none_or(|best| now.left < best.left) {
                 best = Some(now);
-            }
-            if round == ROUNDS {
-                break;
             }
         }
         best
@@ -313,9 +310,8 @@ impl Windowed<'_> {
         let tracks = bench.tracks.iter();
         let mut columns: Vec<Vec<f64>> = tracks.map(|track| vec![f64::NAN; track.len()]).collect();
         let known = explained.needed.iter().flatten();
-        let mut deviations: Vec<f64> = known.map(|(_, deviation)| *deviation).collect();
-        deviations.sort_by(f64::total_cmp);
-        let median = deviations.get(deviations.len() / 2).copied().unwrap_or(0.0);
+        let deviations = known.map(|(_, deviation)| *deviation).collect();
+        let median = locate::median(deviations).unwrap_or(0.0);
         // A constant error is an ordinary parameter's, where there is one.
         let is_ordinary = |key: &str| bench.ordinary.iter().any(|free| free.key == key);
         let constant = if input.shifts.iter().any(|(key, _)| is_ordinary(key)) {
@@ -330,14 +326,9 @@ impl Windowed<'_> {
                 columns[window.recording][window.rows.clone()].fill(value - constant);
             }
         }
-        let place = locate::Input {
-            place: input.place,
-            quantity: input.quantity,
-            unit: input.unit,
-        };
         Located {
             share,
-            ..locate::of_input(bench.law, bench.rig, bench.tracks, place, columns)
+            ..locate::of_input(bench.law, bench.rig, bench.tracks, input.what, columns)
         }
     }
 }

@@ -217,18 +217,17 @@ fn seen_share<R: Real>(
     const STEP_S: f64 = 1e-4;
     const MOST_STEPS: usize = 4000;
     let bristle = carriage.bristle;
-    let new = *levels;
     let dwell = carriage
         .effects
         .map_or_else(DwellStiction::neutral, |effects| effects.dwell_stiction);
-    let aged = dwell.levels(new, age);
+    let aged = dwell.levels(*levels, age);
     let rise_n = aged.static_n - aged.coulomb_n;
     if rise_n <= R::ZERO {
         return R::ONE;
     }
     let rate = rate_n_per_s.max(LEAST_RATE_N_PER_S);
     // Begun where even the slowest rise breaks away in time.
-    let half = new.coulomb_n * R::from_f64(0.5);
+    let half = levels.coulomb_n * R::from_f64(0.5);
     let start_n = half.max(aged.static_n - R::from_f64(0.3 * rate));
     let step_s = R::from_f64(STEP_S);
     let mut velocity = R::ZERO;
@@ -242,7 +241,7 @@ fn seen_share<R: Real>(
             break;
         }
         let out = bristle.step_with_mass(
-            &dwell.levels(new, age),
+            &dwell.levels(*levels, age),
             carriage.mass_kg,
             velocity,
             deflection,
@@ -385,6 +384,10 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         let Some((drive, noise_n, rate)) = event.force(time, &gas) else {
             continue;
         };
+        let scale = BREAKAWAY_NOISE_N / noise_n;
+        if scale * WORST_EVENT <= 1.0 {
+            continue;
+        }
         let dwell = carriage.effects.map(|effects| effects.dwell_stiction);
         let age = dwell.map_or(R::ZERO, |dwell| {
             dwell.step(R::ZERO, R::ZERO, R::from_f64(event.rest_s))
@@ -392,12 +395,9 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         let seen = seen_share(&carriage, &levels, age, rate);
         let levels = dwell.map_or(levels, |dwell| dwell.levels(levels, age));
         let held = levels.coulomb_n + (levels.static_n - levels.coulomb_n) * seen;
-        let scale = BREAKAWAY_NOISE_N / noise_n;
-        if scale * WORST_EVENT > 1.0 {
-            let residual = limited((drive - held) * R::from_f64(scale));
-            let outputs = [skipped(), skipped(), or_infinite(residual)];
-            sink.row(event.row, &outputs, &[]);
-        }
+        let residual = limited((drive - held) * R::from_f64(scale));
+        let outputs = [skipped(), skipped(), or_infinite(residual)];
+        sink.row(event.row, &outputs, &[]);
     }
     let half = bump.weights.len() / 2;
     let mut centre = half + 1;
