@@ -342,6 +342,8 @@ mod app {
                     transfer: Transfer = Transfer::new(TICK_PERIOD_S)])]
     fn transmit(context: transmit::Context) {
         let (mut local, mut shared) = (context.local, context.shared);
+        // Asked first: whatever came before the end is answered and counted below.
+        let has_ended = shared.has_ended.lock(core::mem::take);
         send_commands(&mut local);
         while let Some(record) = shared.tap.lock(|tap| tap.take()) {
             // A tick may have come meanwhile: its command goes before its record.
@@ -361,7 +363,7 @@ mod app {
                 .lock(|it| it.status(started.reset_cause, started.has_built_in_settings));
             send(local.serial_out, &status.payload());
         }
-        if shared.has_ended.lock(core::mem::take) {
+        if has_ended {
             end_run(local.serial_out, &mut shared);
         }
     }
