@@ -13,13 +13,18 @@ use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
     CarriageEffects, ChamberLeakage, DirectionDependentFriction, DwellStiction, ElasticBuffer,
-    EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, FrictionTerms, LoadCoupling, PistonLeakage,
-    PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop, TubeLine, ValveDelay,
-    ValveHysteresis, VariableHeatTransfer, WallTemperature,
+    EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, ForceTable, FrictionTerms, LoadCoupling,
+    PistonLeakage, PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop, TubeLine,
+    UnknownForce, ValveDelay, ValveHysteresis, VariableHeatTransfer, WallTemperature,
 };
 use model_core::paper;
 use model_core::real::Real;
 use model_core::valve::{AreaTable, FlowLaw, GasState, TABLE_CAPACITY, TableFault, Valve};
+
+/// Key of the force at a knot of an unknown force's table over a variable.
+pub fn knot_key(variable: &str, knot: usize) -> String {
+    format!("{variable}_force_{knot}_N")
+}
 
 /// Which chamber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -463,6 +468,7 @@ impl<R: Real> Values<'_, R> {
             },
             load: self.load_coupling(),
             elastic_buffer: self.elastic_buffer(),
+            unknown_force: self.unknown_force(),
         }
     }
 
@@ -491,6 +497,19 @@ impl<R: Real> Values<'_, R> {
             coupling("load-compliance", R::ZERO)
         } else {
             with_play
+        }
+    }
+
+    fn unknown_force(&self) -> UnknownForce<R> {
+        let number = |key: &str, neutral| self.effect("unknown-force", key, neutral);
+        let table = |variable: &str, unit: &str| ForceTable {
+            from: number(&format!("{variable}_from_{unit}"), -1.0),
+            to: number(&format!("{variable}_to_{unit}"), 1.0),
+            force_n: std::array::from_fn(|knot| number(&knot_key(variable, knot), 0.0)),
+        };
+        UnknownForce {
+            by_position: table("position", "m"),
+            by_velocity: table("velocity", "m_s"),
         }
     }
 

@@ -73,6 +73,15 @@ impl<R: Real> Carriage<R> {
             - self.external_force_n
     }
 
+    /// The force that no law explains, at a place and a velocity, against +x, N.
+    #[inline]
+    pub fn unknown_force_n(&self, position_m: R, velocity_m_per_s: R) -> R {
+        match &self.effects {
+            None => R::ZERO,
+            Some(effects) => effects.unknown_force.force_n(position_m, velocity_m_per_s),
+        }
+    }
+
     /// One step under a drive force (see [`Self::drive_n`]).
     #[inline]
     pub fn step(
@@ -103,7 +112,7 @@ impl<R: Real> Carriage<R> {
 
     /// The load, if there is one behind a spring, and the mass without it, kg.
     pub fn load(&self) -> (Option<LoadCoupling<R>>, R) {
-        let declared = self.effects.map(|effects| effects.load);
+        let declared = self.effects.as_ref().map(|effects| effects.load);
         match declared.filter(|load| !load.is_neutral()) {
             None => (None, self.mass_kg),
             Some(load) => {
@@ -141,11 +150,10 @@ impl<R: Real> Carriage<R> {
         dt_s: R,
     ) -> FrictionStep<R> {
         let before = *state;
-        let velocity = before.velocity_m_per_s;
+        let (position, velocity) = (before.position_m.value, before.velocity_m_per_s);
+        let drive_n = drive_n - effects.unknown_force.force_n(position, velocity);
         let levels = effects.levels(*levels, &self.bristle, &before);
-        let buffer = effects
-            .elastic_buffer
-            .reaction(before.position_m.value, velocity, dt_s);
+        let buffer = effects.elastic_buffer.reaction(position, velocity, dt_s);
         let (load, mass_kg) = self.load();
         let solve = |reaction: Reaction<R>| {
             let all = reaction.with(buffer);

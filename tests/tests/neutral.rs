@@ -278,6 +278,12 @@ const SWITCHES: &[Switch] = &[
             };
         });
     }),
+    ("unknown force over position", |axis| {
+        effects(axis, |e| e.unknown_force.by_position.force_n[4] = 1.0);
+    }),
+    ("unknown force over velocity", |axis| {
+        effects(axis, |e| e.unknown_force.by_velocity.force_n[4] = 1.0);
+    }),
 ];
 
 /// 0.3 s through the null and back; with the reduced model, which alone has a

@@ -217,7 +217,7 @@ impl Settings {
             visitor(one);
         }
         pneumatic_effects.fields().into_iter().for_each(&mut *visitor);
-        mechanical_effects.fields().into_iter().for_each(&mut *visitor);
+        mechanical_effects.fields().for_each(&mut *visitor);
         controller.fields().into_iter().for_each(&mut *visitor);
     }
 

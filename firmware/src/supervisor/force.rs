@@ -59,6 +59,9 @@ impl ForceState {
         let largest_n = gauge_pa * Real::max(carriage.area_a_m2, carriage.area_b_m2);
         FRICTION_MARGIN * friction_n
             + axis.friction_terms.constant_force_n.abs()
+            + carriage
+                .unknown_force_n(step.now.position_m, step.now.velocity_m_per_s)
+                .abs()
             + self.inertia_n.abs()
             + SHARE_OF_LARGEST_FORCE * largest_n
     }

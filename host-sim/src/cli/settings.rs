@@ -14,7 +14,7 @@ use super::inputs::{bad_input, check_outputs, read_rig, write_bytes};
 use crate::board::image::write_into;
 use crate::board::port::{BAUD, Port};
 use crate::board::send::send;
-use crate::settings::settings;
+use crate::settings::{settings, stays_behind};
 use crate::text::file_name;
 
 /// A record that comes from here is the first: in the slots of a blank board.
@@ -66,6 +66,9 @@ pub fn run(arguments: &SettingsArguments, out: &mut dyn Write) -> Result<(), Com
     let rig = read_rig(rig_path)?;
     let rig_name = file_name(&rig_path.display().to_string());
     let settings = settings(&rig).map_err(|error| bad_input(format!("{rig_name}: {error}")))?;
+    for line in stays_behind(&rig) {
+        writeln!(out, "note: {line}; it is not among the settings")?;
+    }
     if let Some(path) = &arguments.out {
         write_bytes(path, &slot_record(&settings)?)?;
         say(out, &path.display().to_string(), "written")?;

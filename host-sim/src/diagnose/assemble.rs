@@ -1,6 +1,7 @@
 //! From the diagnosis of each law to one verdict and one improved rig.
 
 use super::candidates::Candidate;
+use super::fitted::Fitted;
 use super::proof::Run;
 use super::verdict::{
     Effect, Estimate, Figures, Fit, FitFigures, Kind, Located, Parameter, Ranked, UnknownTerm,
@@ -55,7 +56,7 @@ pub fn verdict(
     let unknown_term = unknown_term(laws);
     let fit = fit(rig, laws, train, held_out);
     let held_out = held_out_signals(rig, laws, &fit);
-    let refuted = held_out.iter().any(HeldOut::is_refuted);
+    let refuted = (held_out.iter()).any(|signal| !signal.is_of_table && signal.is_refuted());
     // What is named in one law stays named, whatever else is missing in another.
     let unsolved = refuted || (unknown_term.is_some() && !laws.iter().any(is_solved));
     let kind = kind(laws, faults, &alternatives, unsolved);
@@ -94,7 +95,7 @@ fn kind(
     alternatives: &[Vec<String>],
     unknown: bool,
 ) -> Kind {
-    let named = laws.iter().any(|law| !law.improved.set.is_empty());
+    let named = laws.iter().any(has_named);
     if !faults.is_empty() {
         Kind::DataFault
     } else if laws.is_empty() {
@@ -306,25 +307,35 @@ fn share_of_time(spans: &[(String, f64, f64)], train: &[Recording]) -> f64 {
 
 /// Part of the baseline's energy above the noise that the effects explain, each
 /// output counted in its own noise.
-fn explained(law: &LawDiagnosis) -> f64 {
+pub(super) fn explained(baseline: &Fitted, improved: &Fitted, noise: &[f64]) -> f64 {
     let above = |squares: &[f64]| -> f64 {
-        let outputs = squares.iter().zip(&law.noise);
+        let outputs = squares.iter().zip(noise);
         outputs
             .map(|(square, noise)| (square / noise.powi(2) - 1.0).max(0.0))
             .sum()
     };
-    let missed = above(&law.baseline.mean_square).max(f64::MIN_POSITIVE);
-    1.0 - above(&law.improved.mean_square) / missed
+    let missed = above(&baseline.mean_square).max(f64::MIN_POSITIVE);
+    1.0 - above(&improved.mean_square) / missed
+}
+
+/// Whether effects that explain this part may be named.
+pub(super) fn is_enough(explained: f64) -> bool {
+    explained >= EXPLAINED
+}
+
+/// A law of which effects are named.
+fn has_named(law: &LawDiagnosis) -> bool {
+    law.evidence.iter().any(|evidence| evidence.accepted)
 }
 
 /// A law whose named effects explain what it misses.
 fn is_solved(law: &LawDiagnosis) -> bool {
-    !law.improved.set.is_empty() && explained(law) >= EXPLAINED
+    has_named(law) && is_enough(law.explained)
 }
 
 /// A law whose misfit is material, and no effect explains it.
 pub(super) fn is_unexplained(law: &LawDiagnosis) -> bool {
-    law.misses() && explained(law) < EXPLAINED && !law.evidence.is_empty()
+    law.missed && !is_enough(law.explained) && !law.evidence.is_empty()
 }
 
 /// A law whose misfit is material and unexplained: the missing term as a table
@@ -338,6 +349,20 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
         Some(input) => format!("asks for another {}: {}", input.quantity, input.when),
         None => located.when.clone(),
     };
+    if let Some(term) = &law.term {
+        let candidate = &law.candidates[term.candidate];
+        let name = term.variable.name();
+        return Some(UnknownTerm {
+            place: located.place.into(),
+            of: vec![name.into()],
+            expression: format!(
+                "{expression}; a force over the {name}, as tabled, takes {:.0} % of it away in recordings it was not fitted to",
+                100.0 * term.share
+            ),
+            unit: "N".into(),
+            table: term.variable.table(candidate, &law.improved),
+        });
+    }
     Some(UnknownTerm {
         place: located.place.into(),
         of: vec![variable.name.into()],
@@ -477,13 +502,15 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
 /// What held-out data say of one signal of a law with named effects.
 struct HeldOut {
     signal: &'static str,
+    /// Whether a table is what was added last, and not an effect.
+    is_of_table: bool,
     refitted: f64,
     improved: f64,
     noise: f64,
 }
 
 impl HeldOut {
-    /// Predicted worse with the named effects than without.
+    /// Predicted worse with what was added than without.
     fn is_refuted(&self) -> bool {
         self.improved > REFUTED * self.refitted
     }
@@ -491,8 +518,13 @@ impl HeldOut {
     fn note(&self) -> Option<String> {
         let signal = self.signal;
         if self.is_refuted() {
+            let what = if self.is_of_table {
+                "the tabled force"
+            } else {
+                "the named effects"
+            };
             Some(format!(
-                "refuted on held-out data: {signal} is predicted worse with the named effects than without; do not use the improved rig"
+                "refuted on held-out data: {signal} is predicted worse with {what} than without; do not use the improved rig"
             ))
         } else if self.improved > UNEXPLAINED * self.noise {
             let times = self.improved / self.noise;
@@ -509,10 +541,14 @@ fn held_out_signals(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<HeldOut>
     let of = |figures: &FitFigures, signal| figures.free_run_held_out.get(signal).copied();
     laws.iter()
         .filter(|law| !law.improved.set.is_empty())
-        .flat_map(|law| law.law.outputs(rig))
-        .filter_map(|output| {
+        .flat_map(|law| {
+            let outputs = law.law.outputs(rig).into_iter();
+            outputs.map(|output| (output, law.term.is_some()))
+        })
+        .filter_map(|(output, is_of_table)| {
             Some(HeldOut {
                 signal: output.signal,
+                is_of_table,
                 refitted: of(&fit.refitted, output.signal)?,
                 improved: of(&fit.improved, output.signal)?,
                 noise: of(&fit.noise_floor, output.signal)?,
@@ -638,7 +674,7 @@ fn beside_sentence(term: &UnknownTerm) -> String {
 }
 
 fn nothing_missing(laws: &[LawDiagnosis]) -> String {
-    if !laws.iter().any(LawDiagnosis::misses) {
+    if !laws.iter().any(|law| law.missed) {
         "Nothing is missing: with its ordinary parameters refitted the model explains the recordings to the noise.".into()
     } else {
         "Nothing material is missing: no effect improves the prediction of data left out of the fit.".into()

@@ -15,6 +15,9 @@ use model_core::valve::GasState;
 /// No cushion is longer than this, m.
 const LONGEST_CUSHION_M: f64 = 0.06;
 
+/// A shorter tube is a fitting, and belongs to the valve's areas.
+const SHORTEST_TUBE_M: f64 = 0.05;
+
 /// A play below the bristle's deflection (20 to 30 um) does not matter.
 const LEAST_PLAY_M: f64 = 2e-5;
 
@@ -85,6 +88,30 @@ impl Candidate {
         self.switches
             .push((format!("effects.{}.{parameter}", self.effect), value));
         self
+    }
+
+    /// A table: its ends, which stay, and its values, which begin at nought and are held
+    /// to within `size` where nothing was recorded.
+    pub(super) fn table(
+        effect: &'static str,
+        place: &'static str,
+        ends: &[(String, f64)],
+        values: &[String],
+        size: f64,
+    ) -> Self {
+        let prior = Prior {
+            mean: 0.0,
+            standard_deviation: size,
+        };
+        let bounds = (-100.0 * size, 100.0 * size);
+        let begun = ends
+            .iter()
+            .fold(Self::new(effect, &[place]), |table, (key, end)| {
+                table.switch(key, *end)
+            });
+        values.iter().fold(begun, |table, key| {
+            table.free_as(key, Scope::Shared, bounds, Some(prior), &[0.0])
+        })
     }
 
     /// A parameter with its box and its starts. Starts of several parameters
@@ -161,7 +188,10 @@ fn ordinary_bounds(key: &str, mean: f64, standard_deviation: f64) -> (f64, f64) 
     let signed = key.ends_with("_V") && !key.ends_with("opening_V")
         || key.ends_with("external_force_N")
         || key.starts_with("actuator.stem_");
-    if key.ends_with("_index") {
+    if key.ends_with("critical_pressure_ratio") {
+        // ISO 6358 knows 0.05 to 0.5; a fit that lacks something else runs to nought.
+        (mean.min(0.05), mean.max(0.7))
+    } else if key.ends_with("_index") {
         (1.0, (mean + reach).min(1.8))
     } else if signed || mean <= 0.0 {
         (mean - reach, mean + reach)
@@ -488,7 +518,7 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
         .unwrap_or(1e-5);
     let mut all = vec![
         Candidate::new("tube-line", &["valve-flow"])
-            .free("length_m", (0.0, 10.0), &[0.5, 2.0])
+            .free("length_m", (SHORTEST_TUBE_M, 10.0), &[0.5, 2.0])
             .free("diameter_m", (0.0015, 0.015), &[0.004]),
         Candidate::new("valve-delay", &["valve-command"]).free(
             "delay_s",

@@ -410,8 +410,13 @@ impl<'a> Bench<'a> {
 
     /// A tenth of the declared friction: how far off a force may well be.
     fn typical_force_n(&self) -> f64 {
+        0.1 * self.largest_force_n()
+    }
+
+    /// The declared friction: no force that was left out is much larger.
+    pub(super) fn largest_force_n(&self) -> f64 {
         let declared = self.rig.value("friction.static_N");
-        0.1 * declared.unwrap_or(10.0).max(1.0)
+        declared.unwrap_or(10.0).max(1.0)
     }
 
     fn mean_square(&self, problem: &LawProblem<'_>, values: &[f64]) -> Vec<f64> {

@@ -6,6 +6,7 @@
 //! against it, only that other recordings are needed.
 
 use super::candidates::Candidate;
+use super::unknown_force;
 use crate::effects;
 use crate::laws::{Law, Track};
 use std::collections::BTreeSet;
@@ -96,7 +97,7 @@ pub fn not_observable<'a>(tried: impl Iterator<Item = &'a str>) -> Vec<String> {
     effects::EFFECTS
         .iter()
         .map(|effect| effect.name)
-        .filter(|name| !tried.contains(name))
+        .filter(|name| !tried.contains(name) && *name != unknown_force::NAME)
         .map(Into::into)
         .collect()
 }

@@ -18,15 +18,19 @@ pub mod fitted;
 mod intermittent;
 pub mod knowability;
 pub mod locate;
+mod misfit;
 pub mod noise;
 mod phrase;
 pub mod proof;
 pub mod search;
+pub mod unknown_force;
 mod unknown_input;
 pub mod verdict;
 pub mod words;
 
 mod assemble;
+#[cfg(test)]
+mod drawn;
 
 use crate::inspect::{self, Fault};
 use crate::laws::{Law, Track};
@@ -35,6 +39,7 @@ use crate::rig::Rig;
 use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
 use locate::Located;
+use misfit::WORTH_A_SEARCH;
 use proof::{Frozen, Run};
 use rayon::prelude::*;
 use search::{Evidence, Outcome};
@@ -44,14 +49,6 @@ use verdict::Verdict;
 /// Rows that the search works on where a law may be thinned: the effects it can
 /// have are slow against a recording of this many rows.
 const SEARCH_ROWS: usize = 2500;
-
-/// A misfit whose energy is this much above the noise's is looked into. With
-/// 1000 independent rows the energy of noise alone varies by 4 %.
-const WORTH_A_SEARCH: f64 = 0.10;
-/// The same where the noise is a floor that was set and not one that was
-/// declared: forces below it are not looked for, and it is no better known than
-/// by this (healthy rigs were seen up to 0.6 above it).
-const WORTH_A_SEARCH_OF_FORCES: f64 = 1.0;
 
 /// The models of the comparison, in the order in which they are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,6 +88,12 @@ pub struct LawDiagnosis {
     pub located: Vec<Located>,
     /// The input that would explain what the chambers' baseline misses.
     pub input: Option<Located>,
+    /// Whether the refitted baseline misses something that can be trusted to show it.
+    pub missed: bool,
+    /// Part of what the baseline misses that the named effects explain.
+    pub explained: f64,
+    /// A table in the place of a force that no effect explains.
+    pub term: Option<unknown_force::Term>,
     /// How much of each accepted effect a refit hides.
     pub masked: BTreeMap<usize, f64>,
     /// The frozen models.
@@ -105,26 +108,6 @@ pub struct LawDiagnosis {
     pub fits: usize,
     /// Work done, as seconds of a reference core (see [`fitted::Bench::seconds`]).
     pub seconds: f64,
-}
-
-impl LawDiagnosis {
-    /// Whether the refitted baseline misses by more than its noise, in what can
-    /// be trusted to show it. A break-away is read off too few rows, and creep
-    /// too near to sticking, to say by themselves that something is missing.
-    pub fn misses(&self) -> bool {
-        misses(self.law.searched_by(), &self.baseline, &self.noise)
-    }
-}
-
-fn misses(searched: Law, baseline: &Fitted, noise: &[f64]) -> bool {
-    let trusted = match searched {
-        Law::Balance => 1,
-        _ => noise.len(),
-    };
-    let outputs = baseline.mean_square.iter().zip(noise);
-    outputs
-        .take(trusted)
-        .any(|(&square, &noise)| is_missed(searched, square, noise))
 }
 
 /// The whole diagnosis.
@@ -218,6 +201,15 @@ fn faults(rig: &Rig, recordings: &[Recording]) -> Vec<(String, Fault)> {
         .collect()
 }
 
+/// What a search came to.
+struct Found {
+    /// Part of the misfit that named effects explain.
+    explained: f64,
+    /// The model with them, or with a table.
+    improved: Fitted,
+    term: Option<unknown_force::Term>,
+}
+
 fn diagnose_law(
     law: Law,
     rig: &Rig,
@@ -243,7 +235,7 @@ fn diagnose_law(
     bench.noise = noise::floor(&bench, &baseline);
     bench.candidates = candidates(searched, rig, &thin_tracks, baseline.mean_square[0].sqrt());
     let screened = knowability::screen(searched, &thin_tracks, &mut bench.candidates);
-    let outcome = if worth_a_search(&bench, &baseline) {
+    let mut outcome = if bench.misses_any(&baseline) {
         search::search(&bench, &baseline, &|stage| {
             progress(&format!("{title}: {stage}"))
         })
@@ -264,6 +256,28 @@ fn diagnose_law(
             full.fit(&improved.set, Some(improved))?,
         )
     };
+    let missed = full.misses_plainly(&baseline);
+    let mut found = Found {
+        explained: assemble::explained(&baseline, &improved, &full.noise),
+        improved,
+        term: None,
+    };
+    if full.misses_plainly(&found.improved) && !outcome.evidence.is_empty() {
+        progress(&format!("{title}: a table in the place of a law"));
+        if let Some((term, model)) = unknown_force::find(&mut full, &baseline, &found.improved) {
+            outcome.decline_all();
+            found = Found {
+                explained: 0.0,
+                improved: model,
+                term: Some(term),
+            };
+        }
+    }
+    let Found {
+        explained,
+        improved,
+        term,
+    } = found;
     let frozen = vec![
         Frozen::given(rig),
         Frozen::new(&full, &baseline),
@@ -272,7 +286,6 @@ fn diagnose_law(
     let masked = masked(&bench, &outcome);
     let shown = shown(&full, law, &baseline);
     let misfits = locate::locate(law, rig, &tracks, &shown.residuals);
-    let missed = misses(searched, &baseline, &full.noise);
     let mut located = above_noise(misfits, &shown.noise);
     if !missed {
         located.clear();
@@ -281,6 +294,9 @@ fn diagnose_law(
         law,
         located,
         input: None,
+        missed,
+        explained,
+        term,
         masked,
         train: runs(law, rig, &tracks, &frozen),
         held_out: Vec::new(),
@@ -344,28 +360,6 @@ fn shown(searched: &Bench<'_>, law: Law, baseline: &Fitted) -> Shown {
     Shown {
         residuals: bench.residuals_of(&model),
         noise: noise::floor(&bench, &model),
-    }
-}
-
-/// Whether some output is missed by more than its noise explains.
-fn worth_a_search(bench: &Bench<'_>, baseline: &Fitted) -> bool {
-    baseline
-        .mean_square
-        .iter()
-        .zip(&bench.noise)
-        .any(|(&square, &noise)| is_missed(bench.law, square, noise))
-}
-
-/// Whether an output is missed by more than its noise explains.
-fn is_missed(law: Law, mean_square: f64, noise: f64) -> bool {
-    mean_square / noise.powi(2) - 1.0 > worth_a_search_of(law)
-}
-
-/// The energy above the noise's from which a misfit is one.
-fn worth_a_search_of(law: Law) -> f64 {
-    match law {
-        Law::Balance => WORTH_A_SEARCH_OF_FORCES,
-        _ => WORTH_A_SEARCH,
     }
 }
 

@@ -12,8 +12,10 @@ use crate::laws::{Law, median_step_s};
 
 use super::fitted::{Bench, Fitted, Set};
 use super::intermittent;
+use super::misfit::LEAST_FORCE;
 use crate::fit::Presence;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// Sets kept at each size ...
 const BEAM_WIDTH: usize = 3;
@@ -49,7 +51,7 @@ const LEAST_MISFIT: f64 = 0.05;
 const SHIFTS_IN_TIME: [&str; 3] = ["position-time-skew", "pressure-sensor-lag", "valve-delay"];
 
 /// Numbers without which an effect is another one.
-const DECISIVE: [&str; 2] = [".time_constant_s", ".gap_m"];
+const DECISIVE: [&str; 3] = [".time_constant_s", ".gap_m", "tube-line.length_m"];
 
 /// A misfit whose energy is this much above the noise's is noise.
 const TO_THE_NOISE: f64 = 0.05;
@@ -84,6 +86,13 @@ pub struct Evidence {
     pub at_bound: bool,
     /// Whether it is accepted.
     pub accepted: bool,
+    /// Whether it stays in the model without a name: a shift in time that is plain and no
+    /// more than the order in which a logger reads.
+    pub is_sampling: bool,
+    /// Whether it is a force too small to matter.
+    pub is_negligible: bool,
+    /// Whether it would do as well as one that is.
+    pub is_alternative: bool,
 }
 
 impl Evidence {
@@ -99,6 +108,9 @@ impl Evidence {
             probability: 0.01,
             at_bound: false,
             accepted: false,
+            is_sampling: false,
+            is_negligible: false,
+            is_alternative: false,
         }
     }
 
@@ -113,16 +125,26 @@ impl Evidence {
         if self.accepted {
             return None;
         }
+        if self.is_alternative {
+            return Some("these recordings cannot tell it from one that is named".into());
+        }
         if self.folds_better.1 == 0 {
             return Some("nothing material is left without it".into());
         }
         let (better, folds) = self.folds_better;
-        Some(if self.at_bound {
-            "its fitted size is nought, at a bound or within what sampling does".into()
+        Some(if self.is_sampling {
+            "no more than the order in which a logger reads; it stays in the model".into()
+        } else if self.at_bound {
+            "its fitted size is nought or at a bound".into()
         } else if self.ratio >= 1.0 {
             format!(
                 "data left out of the fit are predicted no better ({:+.1} %)",
                 100.0 * (self.ratio - 1.0)
+            )
+        } else if self.is_negligible {
+            format!(
+                "it accounts for less than {:.0} % of the declared Coulomb friction: not material",
+                100.0 * LEAST_FORCE
             )
         } else if self.share < MATERIAL_SHARE {
             format!(
@@ -166,6 +188,15 @@ impl Outcome {
     }
 }
 
+impl Outcome {
+    /// Something without a name explains far more than any effect.
+    pub fn decline_all(&mut self) {
+        self.evidence.iter_mut().for_each(Evidence::decline);
+        self.improved = self.baseline.clone();
+        self.rivals.clear();
+    }
+}
+
 /// An effect found for a part of the time.
 struct Intermittent {
     model: Fitted,
@@ -191,9 +222,12 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     let mut evidence = kept;
     let mut declined = declined_evidence(&mut judge, &improved);
     declined.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    let mut rivals = rivals(&mut judge, &improved, &declined);
+    let named = |one: &Evidence| one.accepted.then_some(one.candidate);
+    let named: Vec<usize> = evidence.iter().filter_map(named).collect();
+    let mut rivals = rivals(&mut judge, &improved, &named, &declined);
     evidence.extend(declined);
     let mut improved = improved;
+    share_among(&rivals, &mut evidence);
     // Two effects that are there always can imitate one that is not.
     let is_plain = improved.set.len() < 2 && judge.is_explained(&improved);
     if !is_plain && !judge.is_noise(&improved) {
@@ -205,6 +239,7 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
             }
             evidence.splice(0..0, found.evidence);
             (improved, rivals) = (found.model, found.rivals);
+            share_among(&rivals, &mut evidence);
         }
     }
     Outcome {
@@ -256,7 +291,7 @@ fn eliminate(judge: &mut Judge<'_>, mut model: Fitted) -> (Fitted, Vec<Evidence>
             .collect();
         let weakest = evidence
             .iter()
-            .filter(|evidence| !evidence.accepted)
+            .filter(|evidence| !evidence.accepted && !evidence.is_sampling)
             .min_by(|a, b| a.share.total_cmp(&b.share))
             .map(|evidence| evidence.candidate);
         match weakest {
@@ -294,9 +329,14 @@ fn declined_evidence(judge: &mut Judge<'_>, improved: &Fitted) -> Vec<Evidence> 
 }
 
 /// Effects that in the place of an accepted one predict as well.
-fn rivals(judge: &mut Judge<'_>, improved: &Fitted, declined: &[Evidence]) -> Vec<(usize, usize)> {
+fn rivals(
+    judge: &mut Judge<'_>,
+    improved: &Fitted,
+    named: &[usize],
+    declined: &[Evidence],
+) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
-    for &accepted in &improved.set {
+    for &accepted in named {
         let Some(without) = judge.without(improved, accepted) else {
             continue;
         };
@@ -319,6 +359,24 @@ fn rivals(judge: &mut Judge<'_>, improved: &Fitted, declined: &[Evidence]) -> Ve
         }
     }
     found
+}
+
+/// What cannot be told apart is equally probable: each has its part of what the one that
+/// was accepted has.
+fn share_among(rivals: &[(usize, usize)], evidence: &mut [Evidence]) {
+    let accepted: BTreeSet<usize> = rivals.iter().map(|(accepted, _)| *accepted).collect();
+    for candidate in accepted {
+        let others = rivals.iter().filter(|(one, _)| *one == candidate);
+        let alike: Vec<usize> = others.map(|(_, rival)| *rival).chain([candidate]).collect();
+        let of = |one: &&Evidence| one.candidate == candidate;
+        let whole = evidence.iter().find(of).map_or(0.0, |one| one.probability);
+        for one in evidence.iter_mut() {
+            if alike.contains(&one.candidate) {
+                one.probability = whole / alike.len() as f64;
+                one.is_alternative = !one.accepted;
+            }
+        }
+    }
 }
 
 /// Fits sets and judges them by cross-validation, each once.
@@ -596,12 +654,6 @@ impl<'a> Judge<'a> {
         judged
     }
 
-    /// Whether the baseline misses an output by more than its noise explains.
-    fn is_missed(&self, output: usize) -> bool {
-        let (square, noise) = (self.baseline.mean_square[output], self.bench.noise[output]);
-        super::is_missed(self.bench.law, square, noise)
-    }
-
     /// Energy of the misfit above the noise, per output.
     fn misfit(&self, squares: &[f64], output: usize) -> f64 {
         let noise = self.bench.noise[output].powi(2);
@@ -638,19 +690,23 @@ impl<'a> Judge<'a> {
 
     fn evidence(&mut self, with: &Fitted, without: &Fitted, candidate: usize) -> Evidence {
         let (mine, theirs) = (self.judged(with), self.judged(without));
+        let missing = |output: usize| {
+            let noise = self.bench.noise[output].powi(2);
+            (self.baseline.mean_square[output] - noise).max(LEAST_MISFIT * noise)
+        };
         let improvement = |output: usize| {
             let energy = self.misfit(&theirs[output], output) - self.misfit(&mine[output], output);
-            let noise = self.bench.noise[output].powi(2);
-            let missing = self.baseline.mean_square[output] - noise;
-            energy / missing.max(LEAST_MISFIT * noise)
+            energy / missing(output)
         };
         // Where nothing is missed, nothing can be shown to be there.
-        let missed = |output: &usize| self.is_missed(*output);
+        let missed = |output: &usize| self.bench.misses_output(self.baseline, *output);
         let helped = (0..mine.len())
             .filter(missed)
             .max_by(|&a, &b| improvement(a).total_cmp(&improvement(b)))
             .unwrap_or(0);
         let share = improvement(helped);
+        let amplitude = (share * missing(helped)).max(0.0).sqrt();
+        let is_negligible = amplitude < self.bench.least_amplitude();
         let ratio =
             (self.misfit(&mine[helped], helped) / self.misfit(&theirs[helped], helped)).sqrt();
         let better = mine[helped]
@@ -659,20 +715,27 @@ impl<'a> Judge<'a> {
             .filter(|(mine, theirs)| mine < theirs)
             .count();
         let folds = mine[helped].len();
-        let at_bound = self.stands_on_bound(with, candidate) || self.is_sampling(with, candidate);
+        let at_bound = self.stands_on_bound(with, candidate);
+        let is_sampling = self.is_sampling(with, candidate);
         let gain = log_gain(&mine[helped], &theirs[helped]);
-        let accepted = !at_bound
+        let is_plain = !at_bound
             && gain > 0.0
             && share >= MATERIAL_SHARE
+            && !is_negligible
             && if self.bench.is_long() {
-                ratio <= self.plain_ratio(with)
+                ratio <= plain_ratio(with.set.len() - 1)
             } else {
                 ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0)
             };
         let probability = if self.bench.is_long() {
             explained_probability(ratio, share)
         } else {
-            probability(&mine[helped], &theirs[helped], accepted, share)
+            probability(
+                &mine[helped],
+                &theirs[helped],
+                is_plain && !is_sampling,
+                share,
+            )
         };
         Evidence {
             candidate,
@@ -682,18 +745,10 @@ impl<'a> Judge<'a> {
             folds_better: (better, folds),
             gain,
             at_bound,
-            accepted,
-        }
-    }
-
-    /// What an effect must bring the error down to on long recordings. Beside
-    /// others more is asked: what the form of one effect leaves wrong, another
-    /// can always nibble at, but one that is there takes away most of what is left.
-    fn plain_ratio(&self, with: &Fitted) -> f64 {
-        if with.set.len() > 1 {
-            PLAIN_RATIO_AMONG_MANY
-        } else {
-            PLAIN_RATIO
+            accepted: is_plain && !is_sampling,
+            is_sampling: is_plain && is_sampling,
+            is_negligible,
+            is_alternative: false,
         }
     }
 
@@ -731,7 +786,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether a decisive number of an effect stands on its bound: a play of nought is
-    /// a compliance, a stiction that grows at once a static level.
+    /// a compliance, a stiction that grows at once a static level, a fitting no tube.
     fn is_another(&self, model: &Fitted, candidate: usize) -> bool {
         let is_decisive = |name: &str| DECISIVE.iter().any(|number| name.ends_with(number));
         let mut own = self.at_bound(model, candidate);
@@ -748,6 +803,17 @@ impl<'a> Judge<'a> {
         let all = model.names.iter().map(String::as_str);
         all.zip(model.at_bound.iter().copied())
             .filter(move |(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
+    }
+}
+
+/// What must be brought down to this for something to be plain, beside so many
+/// others. Beside others more is asked: what the form of one effect leaves wrong,
+/// another can always nibble at, but one that is there takes away most of what is left.
+pub(super) fn plain_ratio(others: usize) -> f64 {
+    if others > 0 {
+        PLAIN_RATIO_AMONG_MANY
+    } else {
+        PLAIN_RATIO
     }
 }
 

@@ -69,6 +69,22 @@ impl Folds {
         Self { starts, count }
     }
 
+    /// Every recording cut into many contiguous parts that take turns: each fold has
+    /// some of whatever any recording excites.
+    pub fn interleaved(lengths: &[usize]) -> Self {
+        /// Parts of a recording, and folds that they are dealt to.
+        const PARTS: usize = 24;
+        const FOLDS: usize = 4;
+        let part = |length: usize| {
+            let start = move |part| (length * part / PARTS, part % FOLDS);
+            (0..PARTS).map(start).collect()
+        };
+        Self {
+            starts: lengths.iter().map(|&length| part(length)).collect(),
+            count: FOLDS,
+        }
+    }
+
     /// The fold of a row.
     pub fn fold(&self, recording: usize, row: usize) -> usize {
         let starts = &self.starts[recording];

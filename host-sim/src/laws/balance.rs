@@ -18,7 +18,7 @@
 //! per event.
 
 use super::carriage_history::slope;
-use super::force::buffer_n;
+use super::force::outer_n;
 use super::{Output, Sink, Track, delayed, white_noise};
 use crate::model::{Side, Values};
 use model_core::carriage::{Carriage, CarriageState};
@@ -377,8 +377,8 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         let (deflection, friction) = bristle.step_driven(&dry, step, state.deflection_m, dt);
         state.deflection_m = deflection;
         let viscous = levels.viscous_n_s_per_m * velocity(row);
-        let buffer = buffer_n(&carriage, &state);
-        force.push(gas[row] - friction - viscous - load_n - buffer);
+        let outer = outer_n(&carriage, &state);
+        force.push(gas[row] - friction - viscous - load_n - outer);
     }
     for (event, levels) in breaks {
         let Some((drive, noise_n, rate)) = event.force(time, &gas) else {

@@ -66,14 +66,16 @@ pub(super) fn predict<R: Real>(
         let here = CarriageState::new(R::from_f64(x[row]), velocity);
         let levels = carriage.levels(&here, levels);
         let friction = levels.steady_n(&carriage.bristle, velocity);
-        [drive(p_a, p_b), friction, levels.coulomb_n]
+        let held = carriage.unknown_force_n(here.position_m.value, velocity);
+        [drive(p_a, p_b) - held, friction, levels.coulomb_n]
     };
     let at_start = |p: &[f64]| p.get(rows.start).copied().unwrap_or(f64::NAN);
     let (p_a, p_b) = true_pa([a, b].map(at_start));
     recall(&carriage, track, rows.start, &forces, &mut state);
     let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
     let levels = carriage.levels(&state, levels);
-    let drive_n = drive(p_a, p_b);
+    let held = carriage.unknown_force_n(initial[0], initial[1]);
+    let drive_n = drive(p_a, p_b) - held;
     state.deflection_m = start_deflection(&carriage.bristle, &levels, initial[1], drive_n);
     sink.row(rows.start, &[initial[0]], initial);
     for row in rows.start..rows.end.saturating_sub(1) {

@@ -72,10 +72,10 @@ pub(super) fn predict<R: Real>(
         let inertia = mass_kg * read(&motion.acceleration_m_per_s2, row) + load_n;
         let gas = gauge_a * carriage.area_a_m2 - gauge_b * carriage.area_b_m2;
         let held = carriage.external_force_n + terms.constant_force_n;
-        let buffer = buffer_n(&carriage, &state);
+        let outer = outer_n(&carriage, &state);
         sink.row(
             row,
-            &[gas - friction - viscous - inertia - held - buffer],
+            &[gas - friction - viscous - inertia - held - outer],
             &[],
         );
     }
@@ -99,11 +99,12 @@ fn follow<R: Real>(
     })
 }
 
-/// Force of the buffers, N.
-pub(super) fn buffer_n<R: Real>(carriage: &Carriage<R>, state: &CarriageState<R>) -> R {
+/// Force of the buffers, and the one without a law, against +x, N.
+pub(super) fn outer_n<R: Real>(carriage: &Carriage<R>, state: &CarriageState<R>) -> R {
     let (position, velocity) = (state.position_m.value, state.velocity_m_per_s);
-    carriage.effects.map_or(R::ZERO, |effects| {
-        let buffers = effects.elastic_buffer;
+    carriage.effects.as_ref().map_or(R::ZERO, |effects| {
+        let buffers = &effects.elastic_buffer;
         buffers.reaction(position, velocity, R::ZERO).force_n
+            + effects.unknown_force.force_n(position, velocity)
     })
 }

@@ -370,11 +370,11 @@ impl<R: Real> Controller<R> {
 
     /// Observed force of the gas and the known loads on the carriage, N.
     fn gas_force_n(&self, state: &ControllerState<R>) -> R {
-        let gas = &state.observer.pneumatics;
-        self.axis
-            .carriage
-            .drive_n(gas.a.pressure_pa.value, gas.b.pressure_pa.value)
+        let (gas, body) = (&state.observer.pneumatics, &state.observer.carriage);
+        let carriage = &self.axis.carriage;
+        carriage.drive_n(gas.a.pressure_pa.value, gas.b.pressure_pa.value)
             - self.axis.friction_terms.constant_force_n
+            - carriage.unknown_force_n(body.position_m.value, body.velocity_m_per_s)
     }
 
     fn ahead(&self, state: &mut ControllerState<R>, reference: &Reference<R>) -> Ahead<R> {

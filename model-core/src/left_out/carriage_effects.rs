@@ -2,13 +2,14 @@
 
 use super::{
     DirectionDependentFriction, DwellStiction, ElasticBuffer, LoadCoupling,
-    PositionDependentFriction,
+    PositionDependentFriction, UnknownForce,
 };
 use crate::carriage::CarriageState;
 use crate::friction::{Bristle, FrictionLevels};
 use crate::real::Real;
 
-/// Friction of place, direction and age, a load behind a spring, buffers.
+/// Friction of place, direction and age, a load behind a spring, buffers, a force
+/// without a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarriageEffects<R> {
     /// `position-dependent-friction`.
@@ -21,6 +22,8 @@ pub struct CarriageEffects<R> {
     pub load: LoadCoupling<R>,
     /// `end-cushion`, its elastic form.
     pub elastic_buffer: ElasticBuffer<R>,
+    /// `unknown-force`.
+    pub unknown_force: UnknownForce<R>,
 }
 
 impl<R: Real> CarriageEffects<R> {
@@ -32,6 +35,7 @@ impl<R: Real> CarriageEffects<R> {
             dwell_stiction: DwellStiction::neutral(),
             load: LoadCoupling::NEUTRAL,
             elastic_buffer: ElasticBuffer::NEUTRAL,
+            unknown_force: UnknownForce::neutral(),
         }
     }
 
@@ -42,7 +46,8 @@ impl<R: Real> CarriageEffects<R> {
             && self.direction_friction.is_neutral()
             && self.dwell_stiction.is_neutral()
             && self.load.is_neutral()
-            && self.elastic_buffer.is_neutral();
+            && self.elastic_buffer.is_neutral()
+            && self.unknown_force.is_neutral();
         (!neutral).then_some(self)
     }
 

@@ -279,6 +279,10 @@ const SHOWN_BY: &[(&str, &str)] = &[
         "constant-force",
         "slow strokes in both directions, as mounted and turned end for end",
     ),
+    (
+        "unknown-force",
+        "strokes both ways over the whole stroke at several constant speeds",
+    ),
     ("end-cushion", "strokes to both ends at two speeds"),
     (
         "pressure-sensor-lag",

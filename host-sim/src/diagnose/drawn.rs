@@ -1,0 +1,22 @@
+//! Cases of the truth plant for the tests of single stages.
+
+use crate::recording::Recording;
+use crate::rig::Rig;
+use truth_plant::{Kind, Request, Strength};
+
+/// Rig and training recordings of a case with an effect of no list.
+pub(super) fn off_list(seed: u64, strength: Strength, effect: &str) -> (Rig, Vec<Recording>) {
+    let request = Request::new(seed, Kind::OffList).with_noise(1.0);
+    let request = request.with_effect(effect).unwrap().with_strength(strength);
+    let case = request.draw();
+    let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
+    let folder = std::env::temp_dir().join(format!("{effect}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let read = |(name, text): &(String, String)| {
+        std::fs::write(folder.join(name), text).unwrap();
+        Recording::read(folder.join(name), &rig.signals).unwrap()
+    };
+    let recordings = case.train.iter().map(read).collect();
+    std::fs::remove_dir_all(&folder).unwrap();
+    (rig, recordings)
+}
