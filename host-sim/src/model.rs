@@ -13,7 +13,7 @@ use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
     CarriageEffects, ChamberLeakage, DirectionDependentFriction, DwellStiction, ElasticBuffer,
-    EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, ForceTable, FrictionTerms, LoadCoupling,
+    EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, ForceVariable, FrictionTerms, LoadCoupling,
     PistonLeakage, PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop, TubeLine,
     UnknownForce, ValveDelay, ValveHysteresis, VariableHeatTransfer, WallTemperature,
 };
@@ -21,9 +21,9 @@ use model_core::paper;
 use model_core::real::Real;
 use model_core::valve::{AreaTable, FlowLaw, GasState, TABLE_CAPACITY, TableFault, Valve};
 
-/// Key of the force at a knot of an unknown force's table over a variable.
-pub fn knot_key(variable: &str, knot: usize) -> String {
-    format!("{variable}_force_{knot}_N")
+/// Key of the force at a knot of an unknown force's table.
+pub fn knot_key(knot: usize) -> String {
+    format!("force_{knot}_N")
 }
 
 /// Which chamber.
@@ -502,14 +502,15 @@ impl<R: Real> Values<'_, R> {
 
     fn unknown_force(&self) -> UnknownForce<R> {
         let number = |key: &str, neutral| self.effect("unknown-force", key, neutral);
-        let table = |variable: &str, unit: &str| ForceTable {
-            from: number(&format!("{variable}_from_{unit}"), -1.0),
-            to: number(&format!("{variable}_to_{unit}"), 1.0),
-            force_n: std::array::from_fn(|knot| number(&knot_key(variable, knot), 0.0)),
-        };
         UnknownForce {
-            by_position: table("position", "m"),
-            by_velocity: table("velocity", "m_s"),
+            over: if number("of_velocity", 0.0).value() > 0.5 {
+                ForceVariable::Velocity
+            } else {
+                ForceVariable::Position
+            },
+            from: number("from", -1.0),
+            to: number("to", 1.0),
+            at_knot_n: std::array::from_fn(|knot| number(&knot_key(knot), 0.0)),
         }
     }
 

@@ -285,7 +285,7 @@ mod tests {
             .any(|(name, key, _)| (*name, *key) == (effect, parameter))
     }
 
-    /// A possible value that is not neutral, another for every parameter.
+    /// A possible value, another for every parameter and place, neutral for no number.
     fn value_for(parameter: &EffectParameter, place: usize) -> f64 {
         let distinct = 1.0 + 0.01 * place as f64;
         distinct
@@ -303,7 +303,8 @@ mod tests {
                 "buffer_length_m" | "gap_m" => 0.01,
                 "asymmetry" | "viscous_asymmetry" => 0.3,
                 "feed_area_m2" | "silencer_area_m2" | "needle_area_m2" => 5e-6,
-                "position_from_m" | "velocity_from_m_s" => -0.3,
+                "from" => -0.3,
+                "of_velocity" => return f64::from(u8::from(place.is_multiple_of(2))),
                 "rising_per_s" | "falling_per_s" => 500.0,
                 _ => 0.8,
             }

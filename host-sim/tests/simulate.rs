@@ -509,16 +509,17 @@ fn telling(key: &str) -> f64 {
         "rising_per_s" | "falling_per_s" => 10.0,
         "time_constant_s" => 0.004,
         "onset_s" => 0.1,
-        "position_from_m" => -0.004,
-        "position_to_m" => 0.004,
-        "velocity_from_m_s" => -0.1,
-        "velocity_to_m_s" => 0.1,
+        "of_velocity" => 1.0,
+        "from" => -0.1,
+        "to" => 0.1,
         "memory_a" | "memory_b" => 1.0,
         "conductance_a_W_K" | "conductance_b_W_K" => 1.0,
         "volume_a_m3" | "volume_b_m3" => 1e-5,
         "bristle_stiffness_N_m" => 1e4,
         // A table whose values are all the same is the same wherever it begins.
-        key if key.contains("_force_") => f64::from(key.as_bytes()[key.len() - 3] - b'0') - 4.5,
+        key if key.starts_with("force_") && key != "force_N" => {
+            f64::from(key.as_bytes()[key.len() - 3] - b'0') - 4.5
+        }
         key if key.starts_with("laminar_") => 1e-15,
         key if key.starts_with("orifice_") => 1e-7,
         key if key.ends_with("_N_Pa") => 2e-5,

@@ -6,8 +6,8 @@
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
 use model_core::left_out::{
-    CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, LoadCoupling,
-    PositionDependentFriction,
+    CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, ForceVariable,
+    LoadCoupling, PositionDependentFriction,
 };
 use model_core::paper;
 use model_core::real::{Dual, Real};
@@ -323,8 +323,8 @@ fn everything<R: Real>(effects: &mut CarriageEffects<R>) {
     };
     effects.load = load(0.6, 2e5, 120.0, 2e-4);
     effects.elastic_buffer = buffers(0.03, 2e4, 80.0);
-    effects.unknown_force.by_position.force_n[4] = R::from_f64(3.0);
-    effects.unknown_force.by_velocity.force_n[5] = R::from_f64(2.0);
+    effects.unknown_force.over = ForceVariable::Velocity;
+    effects.unknown_force.at_knot_n[5] = R::from_f64(2.0);
 }
 
 /// Largest friction while the force rises slowly after a dwell, the age of the
@@ -437,7 +437,7 @@ fn val_buffers_carry_the_drive_at_rest_and_give_no_energy() {
 /// A function that names one parameter of the effects.
 type Parameter<R> = fn(&mut CarriageEffects<R>) -> &mut R;
 
-fn parameters<R: Real>() -> [Parameter<R>; 17] {
+fn parameters<R: Real>() -> [Parameter<R>; 16] {
     [
         |e| &mut e.position_friction.cosine,
         |e| &mut e.position_friction.sine,
@@ -454,8 +454,7 @@ fn parameters<R: Real>() -> [Parameter<R>; 17] {
         |e| &mut e.load.gap_m,
         |e| &mut e.elastic_buffer.stiffness_n_per_m,
         |e| &mut e.elastic_buffer.damping_n_s_per_m,
-        |e| &mut e.unknown_force.by_position.force_n[4],
-        |e| &mut e.unknown_force.by_velocity.force_n[5],
+        |e| &mut e.unknown_force.at_knot_n[5],
     ]
 }
 

@@ -278,11 +278,8 @@ const SWITCHES: &[Switch] = &[
             };
         });
     }),
-    ("unknown force over position", |axis| {
-        effects(axis, |e| e.unknown_force.by_position.force_n[4] = 1.0);
-    }),
-    ("unknown force over velocity", |axis| {
-        effects(axis, |e| e.unknown_force.by_velocity.force_n[4] = 1.0);
+    ("unknown force", |axis| {
+        effects(axis, |e| e.unknown_force.at_knot_n[4] = 1.0);
     }),
 ];
 

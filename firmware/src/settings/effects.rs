@@ -12,8 +12,8 @@ use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;
 use model_core::left_out::{
     CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, EndCushion,
-    ExhaustBackPressure, ForceTable, KNOTS, LoadCoupling, PistonLeakage, PositionDependentFriction,
-    SupplyDroop, UnknownForce, VariableHeatTransfer, WallTemperature,
+    ExhaustBackPressure, ForceVariable, KNOTS, LoadCoupling, PistonLeakage,
+    PositionDependentFriction, SupplyDroop, UnknownForce, VariableHeatTransfer, WallTemperature,
 };
 use serde::{Deserialize, Serialize};
 
@@ -87,14 +87,14 @@ pub struct MechanicalEffects {
     pub buffer_stiffness_n_per_m: f32,
     /// Damping of the buffers, N s/m.
     pub buffer_damping_n_s_per_m: f32,
-    /// First and last knot of the unknown force over the position, m.
-    pub unknown_by_position_m: [f32; 2],
+    /// Whether the force without a law is one of the velocity, and not of the position.
+    pub unknown_force_of_velocity: bool,
+    /// The first knot of its table, m or m/s.
+    pub unknown_force_from: f32,
+    /// The last one.
+    pub unknown_force_to: f32,
     /// Its values, N.
-    pub unknown_by_position_n: [f32; KNOTS],
-    /// First and last knot of the unknown force over the velocity, m/s.
-    pub unknown_by_velocity_m_per_s: [f32; 2],
-    /// Its values, N.
-    pub unknown_by_velocity_n: [f32; KNOTS],
+    pub unknown_force_n: [f32; KNOTS],
 }
 
 /// Share of the moving mass that a load behind a spring may have: the law would
@@ -252,15 +252,12 @@ impl MechanicalEffects {
             field("mechanical_effects.buffer_high_m", self.buffer_high_m, -farthest_m, farthest_m),
             field("mechanical_effects.buffer_stiffness_n_per_m", self.buffer_stiffness_n_per_m, 0.0, 1e10),
             field("mechanical_effects.buffer_damping_n_s_per_m", self.buffer_damping_n_s_per_m, 0.0, 1e7),
+            field("mechanical_effects.unknown_force_from", self.unknown_force_from, -100.0, 100.0),
+            field("mechanical_effects.unknown_force_to", self.unknown_force_to, -100.0, 100.0),
         ];
-        let all = |name, most: f32| move |value| field(name, value, -most, most);
-        let position_m = self.unknown_by_position_m.map(all("mechanical_effects.unknown_by_position_m", 100.0));
-        let position_n = self.unknown_by_position_n.map(all("mechanical_effects.unknown_by_position_n", 1e5));
-        let velocity = self.unknown_by_velocity_m_per_s
-            .map(all("mechanical_effects.unknown_by_velocity_m_per_s", 100.0));
-        let velocity_n = self.unknown_by_velocity_n.map(all("mechanical_effects.unknown_by_velocity_n", 1e5));
-        let tables = position_m.into_iter().chain(position_n).chain(velocity).chain(velocity_n);
-        numbers.into_iter().chain(tables)
+        let at_knots = self.unknown_force_n.iter();
+        let at_knots = at_knots.map(|&value| field("mechanical_effects.unknown_force_n", value, -1e5, 1e5));
+        numbers.into_iter().chain(at_knots)
     }
 
     /// What the declared mass and friction allow.
@@ -284,19 +281,11 @@ impl MechanicalEffects {
                 "takes away more than the static friction",
             );
         }
-        for (name, [from, to]) in [
-            (
-                "mechanical_effects.unknown_by_position_m",
-                self.unknown_by_position_m,
-            ),
-            (
-                "mechanical_effects.unknown_by_velocity_m_per_s",
-                self.unknown_by_velocity_m_per_s,
-            ),
-        ] {
-            if to - from < LEAST_TABLE {
-                return fault(name, "expected the last knot beyond the first");
-            }
+        if self.unknown_force_to - self.unknown_force_from < LEAST_TABLE {
+            return fault(
+                "mechanical_effects.unknown_force_to",
+                "expected the last knot beyond the first",
+            );
         }
         if !self.effects().elastic_buffer.is_neutral() && self.buffer_low_m > self.buffer_high_m {
             return fault(
@@ -343,25 +332,24 @@ impl MechanicalEffects {
                 damping_n_s_per_m: self.buffer_damping_n_s_per_m,
             },
             unknown_force: UnknownForce {
-                by_position: table(self.unknown_by_position_m, self.unknown_by_position_n),
-                by_velocity: table(self.unknown_by_velocity_m_per_s, self.unknown_by_velocity_n),
+                over: if self.unknown_force_of_velocity {
+                    ForceVariable::Velocity
+                } else {
+                    ForceVariable::Position
+                },
+                from: self.unknown_force_from,
+                to: self.unknown_force_to,
+                at_knot_n: self.unknown_force_n,
             },
         }
     }
-}
-
-fn table([from, to]: [f32; 2], force_n: [f32; KNOTS]) -> ForceTable<f32> {
-    ForceTable { from, to, force_n }
 }
 
 impl From<CarriageEffects<f32>> for MechanicalEffects {
     fn from(effects: CarriageEffects<f32>) -> Self {
         let position = &effects.position_friction;
         let (load, buffer) = (&effects.load, &effects.elastic_buffer);
-        let UnknownForce {
-            by_position,
-            by_velocity,
-        } = &effects.unknown_force;
+        let unknown = &effects.unknown_force;
         Self {
             position_cosine: position.cosine,
             position_sine: position.sine,
@@ -381,10 +369,10 @@ impl From<CarriageEffects<f32>> for MechanicalEffects {
             buffer_high_m: buffer.high_m,
             buffer_stiffness_n_per_m: buffer.stiffness_n_per_m,
             buffer_damping_n_s_per_m: buffer.damping_n_s_per_m,
-            unknown_by_position_m: [by_position.from, by_position.to],
-            unknown_by_position_n: by_position.force_n,
-            unknown_by_velocity_m_per_s: [by_velocity.from, by_velocity.to],
-            unknown_by_velocity_n: by_velocity.force_n,
+            unknown_force_of_velocity: unknown.over == ForceVariable::Velocity,
+            unknown_force_from: unknown.from,
+            unknown_force_to: unknown.to,
+            unknown_force_n: unknown.at_knot_n,
         }
     }
 }

@@ -89,8 +89,7 @@ fn vary_effects(settings: &mut Settings, random: &mut Random) {
         (&mut motion.load_gap_m, 1e-4),
         (&mut motion.buffer_stiffness_n_per_m, 1e5),
         (&mut motion.buffer_damping_n_s_per_m, 100.0),
-        (&mut motion.unknown_by_position_n[3], 4.0),
-        (&mut motion.unknown_by_velocity_n[7], -3.0),
+        (&mut motion.unknown_force_n[3], 4.0),
     ] {
         let share = random.share();
         if share > 0.5 {

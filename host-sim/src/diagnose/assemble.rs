@@ -8,7 +8,7 @@ use super::verdict::{
     Verdict,
 };
 use super::words::{self, Size};
-use super::{LawDiagnosis, Model, knowability};
+use super::{LawDiagnosis, Model, knowability, unknown_force};
 use crate::fit::Presence;
 use crate::inspect::Fault;
 use crate::recording::Recording;
@@ -351,16 +351,16 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     };
     if let Some(term) = &law.term {
         let candidate = &law.candidates[term.candidate];
-        let name = term.variable.name();
+        let name = unknown_force::name(term.variable);
         return Some(UnknownTerm {
             place: located.place.into(),
             of: vec![name.into()],
             expression: format!(
-                "{expression}; a force over the {name}, as tabled, takes {:.0} % of it away in recordings it was not fitted to",
-                100.0 * term.share
+                "{expression}; a force over the {name}, as tabled, leaves {} % of it in data that it was not fitted to",
+                words::digits(100.0 * (1.0 - term.share))
             ),
             unit: "N".into(),
-            table: term.variable.table(candidate, &law.improved),
+            table: unknown_force::table(candidate, &law.improved),
         });
     }
     Some(UnknownTerm {

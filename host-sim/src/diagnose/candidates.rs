@@ -95,7 +95,7 @@ impl Candidate {
     pub(super) fn table(
         effect: &'static str,
         place: &'static str,
-        ends: &[(String, f64)],
+        ends: &[(&str, f64)],
         values: &[String],
         size: f64,
     ) -> Self {

@@ -18,7 +18,7 @@ use super::search::plain_ratio;
 use crate::fit::law_problem::{Folds, FreeParameter};
 use crate::laws::{Law, Track};
 use crate::model::knot_key;
-use model_core::left_out::KNOTS;
+use model_core::left_out::{ForceVariable, KNOTS};
 
 /// The name in a rig file; no verdict names it.
 pub const NAME: &str = "unknown-force";
@@ -29,86 +29,58 @@ pub struct Term {
     /// Its candidate.
     pub candidate: usize,
     /// What it is a table of.
-    pub variable: Variable,
+    pub variable: ForceVariable,
     /// Part of the amplitude of the misfit, above the noise, that it takes away in
     /// data it was not fitted to.
     pub share: f64,
 }
 
-/// What a force may be tabled over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Variable {
-    /// Position, m.
-    Position,
-    /// Velocity, m/s.
-    Velocity,
+/// The words for what a force may be tabled over.
+pub fn name(variable: ForceVariable) -> &'static str {
+    match variable {
+        ForceVariable::Position => "position",
+        ForceVariable::Velocity => "velocity",
+    }
 }
 
-impl Variable {
-    const ALL: [Self; 2] = [Self::Position, Self::Velocity];
+/// Least and largest value of a variable in the recordings.
+fn range(variable: ForceVariable, tracks: &[Track<'_>]) -> Option<(f64, f64)> {
+    let motions = tracks.iter().filter_map(|track| track.motion.as_ref());
+    let values = motions.flat_map(|motion| match variable {
+        ForceVariable::Position => motion.position_m.iter(),
+        ForceVariable::Velocity => motion.velocity_m_per_s.iter(),
+    });
+    let empty = (f64::INFINITY, f64::NEG_INFINITY);
+    let (from, to) = values.fold(empty, |(least, most), &value| {
+        (least.min(value), most.max(value))
+    });
+    (from < to).then_some((from, to))
+}
 
-    /// As in keys and words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Position => "position",
-            Self::Velocity => "velocity",
-        }
-    }
+fn candidate(variable: ForceVariable, bench: &Bench<'_>) -> Option<Candidate> {
+    let (from, to) = range(variable, bench.tracks)?;
+    let of_velocity = f64::from(u8::from(variable == ForceVariable::Velocity));
+    let ends = [("of_velocity", of_velocity), ("from", from), ("to", to)];
+    let keys: Vec<String> = (0..KNOTS).map(knot_key).collect();
+    let size = bench.largest_force_n();
+    Some(Candidate::table(NAME, "force-balance", &ends, &keys, size))
+}
 
-    fn unit(self) -> &'static str {
-        match self {
-            Self::Position => "m",
-            Self::Velocity => "m_s",
-        }
-    }
-
-    fn key(self, end: &str) -> String {
-        format!("{}_{end}_{}", self.name(), self.unit())
-    }
-
-    /// Least and largest value in the recordings.
-    fn range(self, tracks: &[Track<'_>]) -> Option<(f64, f64)> {
-        let motions = tracks.iter().filter_map(|track| track.motion.as_ref());
-        let values = motions.flat_map(|motion| match self {
-            Self::Position => motion.position_m.iter(),
-            Self::Velocity => motion.velocity_m_per_s.iter(),
-        });
-        let empty = (f64::INFINITY, f64::NEG_INFINITY);
-        let (from, to) = values.fold(empty, |(least, most), &value| {
-            (least.min(value), most.max(value))
-        });
-        (from < to).then_some((from, to))
-    }
-
-    fn candidate(self, bench: &Bench<'_>) -> Option<Candidate> {
-        let (from, to) = self.range(bench.tracks)?;
-        let keys: Vec<String> = (0..KNOTS).map(|knot| knot_key(self.name(), knot)).collect();
-        let ends = [(self.key("from"), from), (self.key("to"), to)];
-        Some(Candidate::table(
-            NAME,
-            "force-balance",
-            &ends,
-            &keys,
-            bench.largest_force_n(),
-        ))
-    }
-
-    /// Variable, force against +x and its deviation at every knot.
-    pub fn table(self, candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
-        let end = |which: &str| {
-            let key = format!("effects.{NAME}.{}", self.key(which));
-            let switch = candidate.switches.iter().find(|(name, _)| *name == key);
-            switch.map_or(f64::NAN, |(_, value)| *value)
-        };
-        let (from, to) = (end("from"), end("to"));
-        let knot = |(index, free): (usize, &FreeParameter)| {
-            let place = model.names.iter().position(|name| *name == free.key)?;
-            let x = from + (to - from) * index as f64 / (KNOTS - 1) as f64;
-            let deviation = model.standard_deviations[place].unwrap_or(f64::INFINITY);
-            Some((x, model.values[place], deviation))
-        };
-        candidate.free.iter().enumerate().filter_map(knot).collect()
-    }
+/// Variable, force against +x and its deviation at every knot.
+pub fn table(candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
+    let end = |which: &str| {
+        let key = format!("effects.{NAME}.{which}");
+        let switch = candidate.switches.iter().find(|(name, _)| *name == key);
+        switch.map_or(f64::NAN, |(_, value)| *value)
+    };
+    let (from, to) = (end("from"), end("to"));
+    let knot = |(index, free): (usize, &FreeParameter)| {
+        let place = model.names.iter().position(|name| *name == free.key)?;
+        let x = from + (to - from) * index as f64 / (KNOTS - 1) as f64;
+        let deviation = model.standard_deviations[place].unwrap_or(f64::INFINITY);
+        Some((x, model.values[place], deviation))
+    };
+    candidate.free.iter().enumerate().filter_map(knot).collect()
 }
 
 /// The table that explains most of what the baseline misses, with the model that holds
@@ -130,9 +102,9 @@ fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Ter
     let left = |bench: &Bench<'_>, model: &Fitted| above_noise(bench, &bench.cross_validate(model));
     let (left_by_baseline, left_by_named) = (left(bench, baseline), left(bench, named));
     let mut best: Option<(Term, Fitted)> = None;
-    for variable in Variable::ALL {
+    for variable in [ForceVariable::Position, ForceVariable::Velocity] {
         let index = bench.candidates.len();
-        bench.candidates.extend(variable.candidate(bench));
+        bench.candidates.extend(candidate(variable, bench));
         let Some(with) = bench.fit(&[index], Some(baseline)) else {
             continue;
         };
@@ -193,10 +165,8 @@ mod tests {
         bench.noise = noise::floor(&bench, &baseline);
         bench.candidates = candidates(Law::Balance, &rig, &tracks, 1.0);
         let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
-        assert_eq!(term.variable, Variable::Velocity);
-        let table = term
-            .variable
-            .table(&bench.candidates[term.candidate], &model);
+        assert_eq!(term.variable, ForceVariable::Velocity);
+        let table = table(&bench.candidates[term.candidate], &model);
         // Drawn were 39.02 N s2/m2.
         let coefficient = quadratic(&table);
         println!("{coefficient} N s2/m2, {} of the misfit", term.share);
