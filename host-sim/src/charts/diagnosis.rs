@@ -2,8 +2,12 @@
 //! what it could be confused with, what to record next, parameters, and how it
 //! was made.
 
-use super::{Curve, OPEN_DETAIL, located_misfit, needed_input, prediction_stack, shade_intervals};
+use super::{
+    Curve, OPEN_DETAIL, force_table, located_misfit, needed_input, prediction_stack,
+    shade_intervals,
+};
 use crate::diagnose::proof::Run;
+use crate::diagnose::unknown_force;
 use crate::diagnose::verdict::{FitFigures, Verdict};
 use crate::diagnose::{Diagnosis, LawDiagnosis, Model, words};
 use crate::identify::Residuals;
@@ -169,6 +173,11 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
         if let Some(input) = &law.input {
             needed_input(section, input, Role::Refitted);
         }
+        if let Some(term) = &law.term {
+            let table = unknown_force::table(&law.candidates[term.candidate], &law.improved);
+            let variable = unknown_force::name(term.variable);
+            force_table(section, variable, &table, 1.0 - term.share);
+        }
     }
 }
 
@@ -281,8 +290,9 @@ fn what(section: &mut Section, verdict: &Verdict) {
     }
     section.subheading("Everything that was tried");
     section.text(
-        "The gain is that in log-likelihood on parts of the training data that were left out of the fit, each part counted once. \
-         An effect is named when it accounts for a material part of what is missing and makes left-out data plainly or everywhere better predicted.",
+        "The gain is that in log-likelihood on parts of the training data, each counted once: parts that were left out of the fit or, \
+         where recordings are so long that rows in and out of a fit are missed alike, parts that were in it. \
+         An effect is named when it accounts for a material part of what is missing and makes these parts plainly or everywhere better predicted.",
     );
     let mut table = Table::new([
         "effect",

@@ -172,3 +172,37 @@ pub fn needed_input(section: &mut Section, input: &Located, role: Role) {
         }
     });
 }
+
+/// The table of a force that no law explains: variable, force and its deviation.
+pub fn force_table(
+    section: &mut Section,
+    (variable, unit): (&str, &'static str),
+    table: &[(f64, f64, f64)],
+    left: f64,
+) {
+    section.text(format!(
+        "No effect of the list explains this law, but its shape can be modelled: a force over the {variable}, \
+         fitted with all ordinary parameters, leaves {:.0} % of the misfit in data that it was not fitted to. \
+         The improved rig holds it as `unknown-force`. A part that is proportional to the velocity, or constant, \
+         may as well belong to the declared friction: the band tells how free it is.",
+        100.0 * left
+    ));
+    let x = shown(unit);
+    let band = table.iter().map(|&(at, force_n, deviation_n)| {
+        let (low_n, high_n) = (force_n - deviation_n, force_n + deviation_n);
+        (at * x.per_si, low_n, high_n)
+    });
+    let points: Vec<(f64, f64)> = table
+        .iter()
+        .map(|&(at, force_n, _)| (at * x.per_si, force_n))
+        .collect();
+    let chart = Chart::new(format!("The force that is missing, over the {variable}"))
+        .x_axis(variable, x.unit)
+        .y_axis("force against +x", "N")
+        .height(HEIGHT_PX)
+        .band("± one deviation", Role::Improved, band)
+        .series(Series::new("table", Role::Improved, points.clone()))
+        .series(Series::new("knots", Role::Improved, points).dots())
+        .level(0.0, "");
+    section.chart(chart);
+}

@@ -351,7 +351,7 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     };
     if let Some(term) = &law.term {
         let candidate = &law.candidates[term.candidate];
-        let name = unknown_force::name(term.variable);
+        let (name, _) = unknown_force::name(term.variable);
         return Some(UnknownTerm {
             place: located.place.into(),
             of: vec![name.into()],
@@ -677,7 +677,8 @@ fn nothing_missing(laws: &[LawDiagnosis]) -> String {
     if !laws.iter().any(|law| law.missed) {
         "Nothing is missing: with its ordinary parameters refitted the model explains the recordings to the noise.".into()
     } else {
-        "Nothing material is missing: no effect improves the prediction of data left out of the fit.".into()
+        "Nothing material is missing: no effect makes the recordings materially better predicted."
+            .into()
     }
 }
 

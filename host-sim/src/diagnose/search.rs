@@ -138,7 +138,7 @@ impl Evidence {
             "its fitted size is nought or at a bound".into()
         } else if self.ratio >= 1.0 {
             format!(
-                "data left out of the fit are predicted no better ({:+.1} %)",
+                "the recordings are predicted no better with it ({:+.1} %)",
                 100.0 * (self.ratio - 1.0)
             )
         } else if self.is_negligible {
@@ -153,7 +153,7 @@ impl Evidence {
             )
         } else {
             format!(
-                "the error of left-out data falls by {:.1} % only, and in {better} of {folds} parts",
+                "the error falls by {:.1} % only, and in {better} of {folds} parts",
                 100.0 * (1.0 - self.ratio)
             )
         })

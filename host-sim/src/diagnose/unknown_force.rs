@@ -35,11 +35,11 @@ pub struct Term {
     pub share: f64,
 }
 
-/// The words for what a force may be tabled over.
-pub fn name(variable: ForceVariable) -> &'static str {
+/// The word for what a force may be tabled over, and its unit.
+pub fn name(variable: ForceVariable) -> (&'static str, &'static str) {
     match variable {
-        ForceVariable::Position => "position",
-        ForceVariable::Velocity => "velocity",
+        ForceVariable::Position => ("position", "m"),
+        ForceVariable::Velocity => ("velocity", "m/s"),
     }
 }
 
