@@ -356,8 +356,8 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
             place: located.place.into(),
             of: vec![name.into()],
             expression: format!(
-                "{expression}; a force over the {name}, as tabled, leaves {} % of it in data that it was not fitted to",
-                words::digits(100.0 * (1.0 - term.share))
+                "{expression}; a force over the {name}, as tabled, leaves {} of it in data that it was not fitted to",
+                percent(1.0 - term.share)
             ),
             unit: "N".into(),
             table: unknown_force::table(candidate, &law.improved),
@@ -374,6 +374,15 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
             .map(|bin| (bin.x, bin.mean, bin.sd / (bin.count.max(1) as f64).sqrt()))
             .collect(),
     })
+}
+
+/// A part in per cent; one that is hardly there is not called nought.
+fn percent(part: f64) -> String {
+    if part < 0.01 {
+        "less than 1 %".into()
+    } else {
+        format!("{:.0} %", 100.0 * part)
+    }
 }
 
 /// Figures of every model, training and held out.

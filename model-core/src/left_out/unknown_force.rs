@@ -8,8 +8,9 @@
 //! something is missing at the force balance and no effect with a name explains
 //! it, so that the improved model holds at least its shape: a spring, a cable, a
 //! guide that pinches (over the position), drag that grows with the square of the
-//! speed (over the velocity). Beyond its ends the table holds its last value: nothing
-//! was recorded there. It is no friction: at rest it pushes. Confused with every
+//! speed (over the velocity). Beyond its ends the table goes on as its last piece does,
+//! for half of its reach, and then stays: nothing was recorded there, but a spring does
+//! not end where the recordings did. It is no friction: at rest it pushes. Confused with every
 //! friction law; a law with a name is to be preferred.
 
 use crate::real::Real;
@@ -17,8 +18,11 @@ use crate::real::Real;
 /// Knots of the table: eight pieces, four on either side of a middle.
 pub const KNOTS: usize = 9;
 
-/// A table whose ends meet is a step; in the variable's unit.
+/// A table has some reach; in the variable's unit.
 const LEAST_REACH: f64 = 1e-9;
+
+/// Pieces for which the table goes on beyond its ends.
+const GOES_ON: f64 = 4.0;
 
 /// What the force is a table of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +79,14 @@ impl<R: Real> UnknownForce<R> {
         let place = (variable - self.from) / reach * pieces;
         let mut force_n = self.at_knot_n[0];
         for (knot, pair) in self.at_knot_n.windows(2).enumerate() {
-            let share = (place - R::from_f64(knot as f64)).clamp(R::ZERO, R::ONE);
+            let least = if knot == 0 { -GOES_ON } else { 0.0 };
+            let most = if knot == KNOTS - 2 {
+                1.0 + GOES_ON
+            } else {
+                1.0
+            };
+            let share = place - R::from_f64(knot as f64);
+            let share = share.clamp(R::from_f64(least), R::from_f64(most));
             force_n += share * (pair[1] - pair[0]);
         }
         force_n
@@ -87,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn val_the_table_goes_through_its_knots_and_holds_its_ends() {
+    fn val_the_table_goes_through_its_knots_and_on_for_half_its_reach() {
         let table = UnknownForce {
             over: ForceVariable::Velocity,
             from: -0.2_f64,
@@ -101,20 +112,23 @@ mod tests {
         }
         assert!((at(-0.175) - 6.0).abs() < 1e-12);
         assert!((at(0.19) + 8.0).abs() < 1e-12);
-        assert!((at(-7.0) - 8.0).abs() < 1e-12);
-        assert!((at(7.0) + 9.0).abs() < 1e-12);
+        assert!((at(-0.25) - 12.0).abs() < 1e-12);
+        assert!((at(0.25) + 14.0).abs() < 1e-12);
+        assert!((at(-7.0) - 24.0).abs() < 1e-12);
+        assert!((at(7.0) + 29.0).abs() < 1e-12);
     }
 
     #[test]
-    fn prop_ends_that_meet_are_a_step() {
+    fn prop_ends_that_meet_leave_the_force_finite() {
         let table = UnknownForce {
             from: 0.1_f64,
             to: 0.1,
             at_knot_n: [3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0],
             ..UnknownForce::neutral()
         };
-        assert!((table.force_n(0.09, 7.0) - 3.0).abs() < 1e-12);
-        assert!((table.force_n(0.11, 7.0) - 5.0).abs() < 1e-12);
+        // 3 N at the first knot, and four pieces more of 3 N each.
+        assert!((table.force_n(0.09, 7.0) - 15.0).abs() < 1e-12);
+        assert!((table.force_n(0.11, 7.0) - 25.0).abs() < 1e-12);
         assert!(UnknownForce::<f32>::neutral().is_neutral());
     }
 }
