@@ -531,7 +531,7 @@ impl<R: Real> Values<'_, R> {
     }
 
     /// Positions of the piston at the ends of its stroke, m.
-    fn stroke_ends_m(&self) -> Option<[R; 2]> {
+    pub fn stroke_ends_m(&self) -> Option<[R; 2]> {
         let stroke_m = self.get("cylinder.stroke_m")?;
         Some(match self.rig.cylinder.as_ref()?.position_zero? {
             PositionZero::MidStroke => {

@@ -68,6 +68,10 @@ const LEAST_RATE_N_PER_S: f64 = 20.0;
 /// Events that are worse than this many times that are left out.
 const WORST_EVENT: f64 = 4.0;
 
+/// This near to the end of its stroke the carriage may touch it, m: as far as position
+/// sensors are off. What the end bears nobody has recorded, so nothing is asked there.
+const AT_THE_END_M: f64 = 1e-3;
+
 /// The name of outputs that should be nought.
 pub const SIGNAL: &str = "balance";
 
@@ -341,7 +345,15 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     let bump = Bump::new(super::motion::median_step_s(time));
     let mut gas: Vec<R> = Vec::with_capacity(track.len());
     let mut force: Vec<R> = Vec::with_capacity(track.len());
-    let mut events = breakaways(time, position).into_iter().peekable();
+    let ends = values.stroke_ends_m();
+    let is_free = |position: f64| {
+        ends.is_none_or(|[low, high]| {
+            position > low.value() + AT_THE_END_M && position < high.value() - AT_THE_END_M
+        })
+    };
+    let events = breakaways(time, position).into_iter();
+    let events = events.filter(|event| is_free(position[event.row]));
+    let mut events = events.peekable();
     let mut breaks: Vec<(Breakaway, FrictionLevels<R>)> = Vec::new();
     let velocity = |row: usize| R::from_f64(motion.velocity_m_per_s[row]);
     let mut state = CarriageState::new(R::from_f64(motion.position_m[0]), velocity(0));
@@ -409,7 +421,8 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         let slowest = motion.velocity_m_per_s[smoothed]
             .iter()
             .fold(f64::INFINITY, |least, v| least.min(v.abs()));
-        if slowest > CREEPING_M_PER_S {
+        let touches_no_end = position[rows.clone()].iter().all(|&place| is_free(place));
+        if slowest > CREEPING_M_PER_S && touches_no_end {
             let place = position[centre];
             let curved: f64 = bump
                 .curvature
