@@ -516,12 +516,16 @@ struct HeldOut {
     refitted: f64,
     improved: f64,
     noise: f64,
+    /// Error over the horizon, improved over refitted.
+    over_horizon: f64,
 }
 
 impl HeldOut {
-    /// Predicted worse with what was added than without.
+    /// Predicted worse with what was added than without. A free run of a carriage that
+    /// sticks is a matter of chance: it does not refute by itself what the horizon bears out.
     fn is_refuted(&self) -> bool {
-        self.improved > REFUTED * self.refitted
+        let is_worse_in_free_run = self.improved > REFUTED * self.refitted;
+        self.over_horizon > REFUTED || (is_worse_in_free_run && self.over_horizon >= 1.0)
     }
 
     fn note(&self) -> Option<String> {
@@ -555,12 +559,14 @@ fn held_out_signals(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<HeldOut>
             outputs.map(|output| (output, law.term.is_some()))
         })
         .filter_map(|(output, is_of_table)| {
+            let horizon = |figures: &FitFigures| figures.held_out.get(output.signal).copied();
             Some(HeldOut {
                 signal: output.signal,
                 is_of_table,
                 refitted: of(&fit.refitted, output.signal)?,
                 improved: of(&fit.improved, output.signal)?,
                 noise: of(&fit.noise_floor, output.signal)?,
+                over_horizon: horizon(&fit.improved)? / horizon(&fit.refitted)?,
             })
         })
         .collect()

@@ -18,6 +18,10 @@ const LONGEST_CUSHION_M: f64 = 0.06;
 /// A shorter tube is a fitting, and belongs to the valve's areas.
 const SHORTEST_TUBE_M: f64 = 0.05;
 
+/// A force of less than this part of the declared Coulomb level does not matter: 0.4 N of
+/// 20 N, 0.8 kPa on the piston, which an integrator holds.
+const LEAST_FRICTION_SHARE: f64 = 0.02;
+
 /// A play below the bristle's deflection (20 to 30 um) does not matter.
 const LEAST_PLAY_M: f64 = 2e-5;
 
@@ -47,6 +51,8 @@ pub struct Candidate {
     pub free: Vec<FreeParameter>,
     /// Starting points: one value per free parameter each.
     pub starts: Vec<Vec<f64>>,
+    /// Parameters, by key, under whose sizes the effect does not matter, however plain.
+    pub least: Vec<(String, f64)>,
     /// Whether the residuals jump with its parameters: derivatives mislead there,
     /// and a search by values goes on where they end.
     pub is_rough: bool,
@@ -70,8 +76,16 @@ impl Candidate {
             switches: Vec::new(),
             free: Vec::new(),
             starts: vec![Vec::new()],
+            least: Vec::new(),
             is_rough: false,
         }
+    }
+
+    /// The size under which it does not matter.
+    fn matters_from(mut self, parameter: &str, size: f64) -> Self {
+        self.least
+            .push((format!("effects.{}.{parameter}", self.effect), size));
+        self
     }
 
     fn rough(mut self) -> Self {
@@ -529,7 +543,7 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
             .free(
                 "natural_frequency_Hz",
                 (3.0, 1.0 / row),
-                &[0.08 / row, 0.03 / row],
+                &[0.08 / row, 0.03 / row, 0.012 / row],
             )
             .free("damping_ratio", (0.3, 2.0), &[0.7]),
         Candidate::new("slew-limit", &["valve-command"])
@@ -639,11 +653,14 @@ fn friction_candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit_n: f64)
     }
     all.extend(pressure_friction(rig, tracks, force));
     if rig.uncertainty_sd("carriage.external_force_N").is_none() {
-        all.push(Candidate::new("constant-force", place).free(
-            "force_N",
-            (-most, most),
-            &[0.2 * force, -0.2 * force],
-        ));
+        let coulomb_n = rig.value("friction.coulomb_N").unwrap_or(0.0);
+        let starts = &[0.2 * force, -0.2 * force];
+        let mut constant =
+            Candidate::new("constant-force", place).free("force_N", (-most, most), starts);
+        if law == Law::Balance {
+            constant = constant.matters_from("force_N", LEAST_FRICTION_SHARE * coulomb_n);
+        }
+        all.push(constant);
     }
     all.extend(carriage_candidates(rig, tracks, force));
     if law == Law::Force {
@@ -662,7 +679,9 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
         all.push(
             Candidate::new("direction-dependent-friction", place)
                 .free("asymmetry", (-0.9, 0.9), &[0.05, -0.05])
-                .free("viscous_asymmetry", (-0.9, 0.9), &[0.05, -0.05]),
+                .free("viscous_asymmetry", (-0.9, 0.9), &[0.05, -0.05])
+                .matters_from("asymmetry", LEAST_FRICTION_SHARE)
+                .matters_from("viscous_asymmetry", LEAST_FRICTION_SHARE),
         );
         all.extend(position_friction(rig, &shares));
         all.push(
@@ -722,7 +741,9 @@ fn position_friction(rig: &Rig, shares: &[f64]) -> Vec<Candidate> {
             .form("wave")
             .free("cosine", (-3.0, 3.0), &shares[..1])
             .free("sine", (-3.0, 3.0), &shares[..1])
-            .free("wavelength_m", (0.02 * stroke, 3.0 * stroke), &waves),
+            .free("wavelength_m", (0.02 * stroke, 3.0 * stroke), &waves)
+            .matters_from("cosine", LEAST_FRICTION_SHARE)
+            .matters_from("sine", LEAST_FRICTION_SHARE),
         Candidate::new("position-dependent-friction", place)
             .form("slope")
             .free("slope_per_m", (-20.0, 20.0), &[0.1, -0.1])

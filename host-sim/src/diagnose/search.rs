@@ -12,7 +12,6 @@ use crate::laws::{Law, median_step_s};
 
 use super::fitted::{Bench, Fitted, Set};
 use super::intermittent;
-use super::misfit::LEAST_FORCE;
 use crate::fit::Presence;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -86,10 +85,10 @@ pub struct Evidence {
     pub at_bound: bool,
     /// Whether it is accepted.
     pub accepted: bool,
-    /// Whether it stays in the model without a name: a shift in time that is plain and no
-    /// more than the order in which a logger reads.
+    /// Whether it is a shift in time that is plain and no more than the order in which a
+    /// logger reads.
     pub is_sampling: bool,
-    /// Whether it is a force too small to matter.
+    /// Whether it is plain and too small to matter.
     pub is_negligible: bool,
     /// Whether it would do as well as one that is.
     pub is_alternative: bool,
@@ -120,6 +119,11 @@ impl Evidence {
         self.probability = self.probability.min(1.0 - self.probability).max(0.01);
     }
 
+    /// Whether it stays in the model without a name: plain, but nothing that matters.
+    fn stays_unnamed(&self) -> bool {
+        self.is_sampling || self.is_negligible
+    }
+
     /// Why it was declined, in words; `None` if it was not.
     pub fn reason(&self) -> Option<String> {
         if self.accepted {
@@ -142,10 +146,7 @@ impl Evidence {
                 100.0 * (self.ratio - 1.0)
             )
         } else if self.is_negligible {
-            format!(
-                "it accounts for less than {:.0} % of the declared Coulomb friction: not material",
-                100.0 * LEAST_FORCE
-            )
+            "it is plain and too small to matter; it stays in the model".into()
         } else if self.share < MATERIAL_SHARE {
             format!(
                 "it accounts for {:.1} % of what is missing: not material",
@@ -291,7 +292,7 @@ fn eliminate(judge: &mut Judge<'_>, mut model: Fitted) -> (Fitted, Vec<Evidence>
             .collect();
         let weakest = evidence
             .iter()
-            .filter(|evidence| !evidence.accepted && !evidence.is_sampling)
+            .filter(|evidence| !evidence.accepted && !evidence.stays_unnamed())
             .min_by(|a, b| a.share.total_cmp(&b.share))
             .map(|evidence| evidence.candidate);
         match weakest {
@@ -705,8 +706,6 @@ impl<'a> Judge<'a> {
             .max_by(|&a, &b| improvement(a).total_cmp(&improvement(b)))
             .unwrap_or(0);
         let share = improvement(helped);
-        let amplitude = (share * missing(helped)).max(0.0).sqrt();
-        let is_negligible = amplitude < self.bench.least_amplitude();
         let ratio =
             (self.misfit(&mine[helped], helped) / self.misfit(&theirs[helped], helped)).sqrt();
         let better = mine[helped]
@@ -717,11 +716,12 @@ impl<'a> Judge<'a> {
         let folds = mine[helped].len();
         let at_bound = self.stands_on_bound(with, candidate);
         let is_sampling = self.is_sampling(with, candidate);
+        let is_negligible = self.is_negligible(with, candidate);
+        let is_told = !is_sampling && !is_negligible;
         let gain = log_gain(&mine[helped], &theirs[helped]);
         let is_plain = !at_bound
             && gain > 0.0
             && share >= MATERIAL_SHARE
-            && !is_negligible
             && if self.bench.is_long() {
                 ratio <= plain_ratio(with.set.len() - 1)
             } else {
@@ -730,12 +730,7 @@ impl<'a> Judge<'a> {
         let probability = if self.bench.is_long() {
             explained_probability(ratio, share)
         } else {
-            probability(
-                &mine[helped],
-                &theirs[helped],
-                is_plain && !is_sampling,
-                share,
-            )
+            probability(&mine[helped], &theirs[helped], is_plain && is_told, share)
         };
         Evidence {
             candidate,
@@ -745,11 +740,20 @@ impl<'a> Judge<'a> {
             folds_better: (better, folds),
             gain,
             at_bound,
-            accepted: is_plain && !is_sampling,
+            accepted: is_plain && is_told,
             is_sampling: is_plain && is_sampling,
-            is_negligible,
+            is_negligible: is_plain && is_negligible,
             is_alternative: false,
         }
+    }
+
+    /// Whether an effect is smaller than what matters, in every number that has such a mark.
+    fn is_negligible(&self, model: &Fitted, candidate: usize) -> bool {
+        let least = &self.bench.candidates[candidate].least;
+        let is_less = |(key, least): &(String, f64)| {
+            model.value(key).is_none_or(|value| value.abs() < *least)
+        };
+        !least.is_empty() && least.iter().all(is_less)
     }
 
     /// Whether an effect that is nothing but a shift in time is no more than the
