@@ -502,7 +502,9 @@ impl<'a> Judge<'a> {
             } else {
                 FINALISTS
             };
-            let rest = ranked.split_off(finalists.min(ranked.len()));
+            let mut rest = ranked.split_off(finalists.min(ranked.len()));
+            let twins = rest.extract_if(.., |one| self.holds_twins(one));
+            ranked.extend(twins);
             let finish = |one: &Fitted| self.finished(one);
             let finished = ranked.par_iter().filter_map(finish).collect();
             self.ranked.extend(rest);
@@ -514,6 +516,21 @@ impl<'a> Judge<'a> {
         self.fits += jobs.len();
         self.fitted.extend(children.iter().cloned());
         children
+    }
+
+    /// Whether a set holds one effect at two places: what is wrong with one chamber often
+    /// is with the other, and neither explains much alone.
+    fn holds_twins(&self, model: &Fitted) -> bool {
+        let what = |index: &usize| {
+            let candidate = &self.bench.candidates[*index];
+            (candidate.effect, candidate.form)
+        };
+        let set = &model.set;
+        (1..set.len()).any(|place| {
+            set[..place]
+                .iter()
+                .any(|one| what(one) == what(&set[place]))
+        })
     }
 
     /// The same of one parent, not done twice where its children were fitted.
