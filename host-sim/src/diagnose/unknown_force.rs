@@ -5,9 +5,8 @@
 //! linear over the position, or over the velocity, is fitted together with all
 //! ordinary parameters. It stays if stretches that were left out of the fit are plainly
 //! better predicted with it than with the effects that were found, and then goes into
-//! the improved rig as
-//! `[effects.unknown-force]`: simulator and controller hold it like any effect. The
-//! held-out recordings judge it as they judge a named one.
+//! the improved rig as `[effects.unknown-force]`: simulator and controller hold it like
+//! any effect. The held-out recordings judge it as they judge a named one.
 //!
 //! Limits: nine knots over what was recorded, so a wave shorter than a quarter of it
 //! does not show. A force over time or with a memory of its own is located only.
@@ -100,11 +99,19 @@ pub fn find(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<
 fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Term, Fitted)> {
     let before = bench.candidates.len();
     let left = |bench: &Bench<'_>, model: &Fitted| above_noise(bench, &bench.cross_validate(model));
-    let (left_by_baseline, left_by_named) = (left(bench, baseline), left(bench, named));
+    let left_by_baseline = left(bench, baseline);
+    let left_by_named = if named.set.is_empty() {
+        left_by_baseline
+    } else {
+        left(bench, named)
+    };
     let mut best: Option<(Term, Fitted)> = None;
     for variable in [ForceVariable::Position, ForceVariable::Velocity] {
+        let Some(candidate) = candidate(variable, bench) else {
+            continue;
+        };
         let index = bench.candidates.len();
-        bench.candidates.extend(candidate(variable, bench));
+        bench.candidates.push(candidate);
         let Some(with) = bench.fit(&[index], Some(baseline)) else {
             continue;
         };
