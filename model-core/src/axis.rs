@@ -90,8 +90,10 @@ impl<R: Real> CommandPath<R> {
     pub fn step(&self, state: &mut CommandState<R>, command_v: R) -> R {
         let delayed = self.delay.step(&mut state.line, command_v, self.dt_s);
         state.played = self.hysteresis.step(state.played, delayed);
-        state.slewed = self.slew.step(state.slewed, state.played, self.dt_s);
-        self.spool.step(&mut state.spool, state.slewed)
+        let before = state.slewed;
+        state.slewed = self.slew.step(before, state.played, self.dt_s);
+        let slewed = self.slew.mean(before, state.slewed, self.dt_s);
+        self.spool.step(&mut state.spool, slewed)
     }
 }
 

@@ -562,11 +562,13 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
                 (1e-8, 1e-3),
                 &[0.3 * opening, 0.3 * opening],
             ),
-        Candidate::new("exhaust-back-pressure", &["exhaust"]).free(
-            "silencer_area_m2",
-            (0.05 * opening, 50.0 * opening),
-            &[3.0 * opening, opening, 0.3 * opening],
-        ),
+        Candidate::new("exhaust-back-pressure", &["exhaust"])
+            .free(
+                "silencer_area_m2",
+                (0.05 * opening, 50.0 * opening),
+                &[3.0 * opening, opening, 0.3 * opening],
+            )
+            .free("volume_m3", (1e-6, 1e-3), &[2e-5]),
     ];
     let near = nearest_end_m(rig, tracks);
     if let Some(near) = near.filter(|&near| near < LONGEST_CUSHION_M) {

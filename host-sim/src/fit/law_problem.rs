@@ -394,9 +394,13 @@ impl LawProblem<'_> {
     ) -> Vec<f64> {
         let recording = self.tracks[recording].recording;
         let initial = self.law.initial_states(self.rig, recording, row, view);
+        let now = |index: usize| states.get(index).map(|column| column[row]);
         let start = |(index, state): (usize, &InitialState)| match state.measured_by {
-            Some(_) => state.guess,
-            None => states.get(index).map_or(state.guess, |column| column[row]),
+            Some(_) => {
+                let ahead = now(index).zip(state.read_by.and_then(now));
+                state.guess + ahead.map_or(0.0, |(it, reading)| it - reading)
+            }
+            None => now(index).unwrap_or(state.guess),
         };
         initial.iter().enumerate().map(start).collect()
     }

@@ -35,6 +35,7 @@ pub(super) fn initial_states(recording: &Recording, row: usize) -> Vec<InitialSt
         standard_deviation: 0.02,
         bounds: (-1.0, 2.0),
         measured_by: Some(0),
+        read_by: None,
     }]
 }
 

@@ -34,6 +34,7 @@ pub(super) fn initial_states(recording: &Recording, row: usize, view: View) -> V
         standard_deviation,
         bounds: (-1e3, 1e3),
         measured_by,
+        read_by: None,
     };
     vec![
         state("x", x, 1e-3, Some(0)),

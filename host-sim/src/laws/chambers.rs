@@ -6,7 +6,7 @@ use crate::model::{Side, Values};
 use crate::recording::Recording;
 use crate::rig::Rig;
 use model_core::axis::{CommandState, PneumaticState, Pneumatics, ValveDrive};
-use model_core::left_out::TankState;
+use model_core::left_out::{SilencerState, TankState, TubeState};
 use model_core::math::Compensated;
 use model_core::real::Real;
 use model_core::valve::{GasState, Valve};
@@ -33,9 +33,11 @@ const INITIAL_PRESSURE_SHARE: f64 = 5e-3;
 /// How far the tank may be from the regulator when a recording begins, as a part
 /// of the regulator's pressure, one standard deviation: a usual droop.
 const INITIAL_DROOP_SHARE: f64 = 0.03;
-/// What the wall may have gained when a recording begins, K, one standard
-/// deviation; the bounds leave it where it is, as the offset says the same.
-const INITIAL_WALL_RISE_SD_K: f64 = 1.0;
+/// How far the command before a recording may be from its first one, as a part of the
+/// valve's largest opening, one standard deviation: anything, from shut to wide open.
+const EARLIER_COMMAND_SHARE: f64 = 0.5;
+/// The supply's pressure where none is declared or recorded, Pa.
+const DEFAULT_SUPPLY_PA: f64 = 7e5;
 
 /// Sides with a recorded pressure.
 fn sides(rig: &Rig) -> impl Iterator<Item = Side> + '_ {
@@ -66,8 +68,7 @@ fn predicts_supply(rig: &Rig) -> bool {
     rig.valve.is_some() && rig.value("supply.pressure_Pa").is_some() && rig.signals.contains("p_s")
 }
 
-/// Pressure and temperature of each recorded chamber; then, where the rig models
-/// them, what its walls have gained and its tank's pressure.
+/// What a recording begins with, in the order of [`Layout`].
 pub(super) fn initial_states(
     rig: &Rig,
     recording: &Recording,
@@ -79,44 +80,100 @@ pub(super) fn initial_states(
         keys: &[],
         replaced: &[],
     };
-    let ambient_k = values.ambient().temperature_k;
-    let pressure = |(output, side): (usize, Side)| {
-        let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
-        let guess = view.value(&recording.time_s, signal, row) - values.pressure_offset_pa(side);
-        InitialState {
-            name: if side == Side::A { "p_a" } else { "p_b" },
-            guess,
-            standard_deviation: INITIAL_PRESSURE_SHARE * guess,
-            bounds: (1e3, 1e9),
-            measured_by: Some(output),
-        }
+    let sides: Vec<Side> = sides(rig).collect();
+    let Some(layout) = Layout::of(&values, &sides) else {
+        return Vec::new();
     };
-    let temperature = |side: Side| InitialState {
-        name: if side == Side::A { "T_a" } else { "T_b" },
-        guess: ambient_k,
+    let ambient_k = values.ambient().temperature_k;
+    let seen_pa = |side: Side| {
+        let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
+        view.value(&recording.time_s, signal, row) - values.pressure_offset_pa(side)
+    };
+    let pressure = |(output, &side): (usize, &Side)| InitialState {
+        name: if side == Side::A { "p_a" } else { "p_b" },
+        guess: seen_pa(side),
+        standard_deviation: INITIAL_PRESSURE_SHARE * seen_pa(side),
+        bounds: (1e3, 1e9),
+        measured_by: Some(output),
+        read_by: layout.readings.then(|| layout.reading_place() + output),
+    };
+    let temperature = |side: &Side| InitialState {
         standard_deviation: INITIAL_TEMPERATURE_SD_K,
-        bounds: if values.has_temperature_state(side) {
+        bounds: if values.has_temperature_state(*side) {
             (100.0, 1000.0)
         } else {
             (ambient_k, ambient_k)
         },
-        measured_by: None,
+        ..hidden(if *side == Side::A { "T_a" } else { "T_b" }, ambient_k)
     };
-    let wall_rise = |side: Side| InitialState {
-        name: if side == Side::A { "wall a" } else { "wall b" },
-        guess: 0.0,
-        standard_deviation: INITIAL_WALL_RISE_SD_K,
-        bounds: (0.0, 0.0),
-        measured_by: None,
+    let wall_rise = |side: &Side| hidden(if *side == Side::A { "wall a" } else { "wall b" }, 0.0);
+    let reading = |one: (usize, &Side)| InitialState {
+        name: if *one.1 == Side::A {
+            "reading of p_a"
+        } else {
+            "reading of p_b"
+        },
+        read_by: None,
+        ..pressure(one)
     };
-    let walls = sides(rig).filter(|_| values.wall().is_warmed());
-    sides(rig)
-        .enumerate()
-        .map(pressure)
-        .chain(sides(rig).map(temperature))
-        .chain(walls.map(wall_rise))
-        .chain(tank_start(&values, recording, row, view))
+    let tube = |side: &Side| {
+        let names = match side {
+            Side::A => ["pressure over tube a", "flow in tube a"],
+            Side::B => ["pressure over tube b", "flow in tube b"],
+        };
+        names.map(|name| hidden(name, 0.0))
+    };
+    let of_sides = |there: bool| sides.iter().filter(move |_| there);
+    let pressures = sides.iter().enumerate().map(pressure);
+    let readings = sides.iter().enumerate().filter(|_| layout.readings);
+    pressures
+        .chain(sides.iter().map(temperature))
+        .chain(command_start(rig, recording))
+        .chain(of_sides(layout.walls).map(wall_rise))
+        .chain(layout.tank.then(|| tank_start(&values, recording, row, view)))
+        .chain(layout.silencer.then_some(SILENCER_START))
+        .chain(readings.map(reading))
+        .chain(of_sides(layout.tubes).flat_map(tube))
         .collect()
+}
+
+/// A state that stays at what a recording is taken to begin with; only a window in
+/// mid-recording begins elsewhere.
+fn hidden(name: &'static str, guess: f64) -> InitialState {
+    InitialState {
+        name,
+        guess,
+        standard_deviation: 1.0,
+        bounds: (guess, guess),
+        measured_by: None,
+        read_by: None,
+    }
+}
+
+/// What a silencer holds over the surroundings' pressure, Pa: as much as an open valve
+/// leaves in it.
+const SILENCER_START: InitialState = InitialState {
+    name: "silencer",
+    guess: 0.0,
+    standard_deviation: 2e4,
+    bounds: (-5e4, 1e6),
+    measured_by: None,
+    read_by: None,
+};
+
+/// The command that was held before the first row: a valve that is late still follows
+/// it. Recordings often begin with the step that is to be looked at.
+fn command_start(rig: &Rig, recording: &Recording) -> Option<InitialState> {
+    let first = *recording.signal("u")?.first()?;
+    let reach = *rig.valve.as_ref()?.opening_v.last()?;
+    Some(InitialState {
+        name: "earlier command",
+        guess: first,
+        standard_deviation: EARLIER_COMMAND_SHARE * reach,
+        bounds: (first - 4.0 * reach, first + 4.0 * reach),
+        measured_by: None,
+        read_by: None,
+    })
 }
 
 /// The tank's pressure; a recorded one where there is one.
@@ -125,24 +182,22 @@ fn tank_start(
     recording: &Recording,
     row: usize,
     view: View,
-) -> Option<InitialState> {
-    if !values.supply_droop().is_present() {
-        return None;
-    }
-    let regulator_pa = values.get("supply.pressure_Pa")?;
+) -> InitialState {
+    let regulator_pa = values.get_or("supply.pressure_Pa", DEFAULT_SUPPLY_PA);
     let recorded = recording.signal("p_s");
     let seen = recorded.map(|signal| view.value(&recording.time_s, signal, row));
     let share = match seen {
         Some(_) => INITIAL_PRESSURE_SHARE,
         None => INITIAL_DROOP_SHARE,
     };
-    Some(InitialState {
+    InitialState {
         name: "p_s",
         guess: seen.unwrap_or(regulator_pa),
         standard_deviation: share * regulator_pa,
         bounds: (1e3, 1e9),
         measured_by: None,
-    })
+        read_by: None,
+    }
 }
 
 /// What drives the chambers, row by row.
@@ -196,7 +251,7 @@ pub(super) fn predict<R: Real>(
         supply_pa: track
             .signal("p_s")
             .filter(|_| !predicts_supply(values.rig) && !pneumatics.supply_droop.is_present()),
-        declared_supply_pa: values.get_or("supply.pressure_Pa", 7e5),
+        declared_supply_pa: values.get_or("supply.pressure_Pa", DEFAULT_SUPPLY_PA),
         supply_temperature_k: values.ambient().temperature_k,
         has_tank: pneumatics.supply_droop.is_present(),
         skew_s: values.effect("position-time-skew", "delay_s", 0.0),
@@ -204,16 +259,24 @@ pub(super) fn predict<R: Real>(
     let onset_s = values.effect("chamber-leakage", "onset_s", f64::NEG_INFINITY);
     let leaks = (pneumatics.leak_a, pneumatics.leak_b);
     let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
-    let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows)));
-    let walls = pneumatics.chamber_a.wall.is_warmed();
-    let layout = Layout::new(&sides, walls, drive.has_tank);
+    let Some(mut layout) = Layout::of(values, &sides) else {
+        return;
+    };
+    if initial.len() < layout.count() {
+        layout = layout.plain();
+    }
+    let earlier = layout.earlier_command(initial);
+    let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows, earlier)));
     let offsets_pa = [0, 1].map(|index| match sides.get(index) {
         Some(&side) => values.pressure_offset_pa(side),
         None => R::ZERO,
     });
-    let mut state = layout.start(initial);
-    let mut shown = pressures(&sides, &state);
+    let (mut state, mut shown) = layout.start(initial);
     let outputs = sides.len() + usize::from(predicts_supply(values.rig));
+    let mut states = [R::ZERO; MOST_STATES];
+    if layout.valve {
+        states[layout.command_place()] = earlier;
+    }
     let mut report = |state: &PneumaticState<R>, shown: &[R; 2], row: usize| {
         let mut showing = [R::ZERO; 3];
         for (index, slot) in showing.iter_mut().take(sides.len()).enumerate() {
@@ -224,7 +287,7 @@ pub(super) fn predict<R: Real>(
         } else {
             drive.declared_supply_pa
         };
-        let states = layout.states(state, drive.declared_supply_pa);
+        layout.store(&mut states, state, (shown, drive.declared_supply_pa));
         sink.row(row, &showing[..outputs], &states[..layout.count()]);
     };
     report(&state, &shown, rows.start);
@@ -288,11 +351,12 @@ fn advance<R: Real>(
 }
 
 /// The spool's position over each row of the range, after a run through the
-/// command before it.
+/// command before it; before the first row that is `earlier`.
 fn spool_positions<R: Real>(
     values: &Values<'_, R>,
     drive: &Drive<'_, R>,
     rows: &Range<usize>,
+    earlier: R,
 ) -> Vec<R> {
     let Some(command) = drive.command_v else {
         return Vec::new();
@@ -301,7 +365,11 @@ fn spool_positions<R: Real>(
     let path = values.command_path(step_s);
     let warm_up = (COMMAND_WARM_UP_S / step_s).ceil() as usize;
     let from = rows.start.saturating_sub(warm_up);
-    let mut state = CommandState::holding(R::from_f64(command[from]));
+    let before = match from {
+        0 => earlier,
+        _ => R::from_f64(command[from]),
+    };
+    let mut state = CommandState::holding(before);
     let mut positions = Vec::with_capacity(rows.len());
     for (row, &command_v) in command.iter().enumerate().take(rows.end).skip(from) {
         let position = path.step(&mut state, R::from_f64(command_v));
@@ -312,76 +380,163 @@ fn spool_positions<R: Real>(
     positions
 }
 
-/// Where each state stands: pressures, temperatures, walls, tank, as in
-/// [`initial_states`].
+/// Where each state stands among those that a recording or window begins with:
+/// pressures, temperatures, the earlier command; and what an effect adds, walls, tank,
+/// silencer, the sensors' readings, and each tube's pressure over the chamber's and flow.
 struct Layout<'a> {
     sides: &'a [Side],
+    valve: bool,
     walls: bool,
     tank: bool,
+    silencer: bool,
+    readings: bool,
+    tubes: bool,
 }
 
-/// Pressure, temperature and wall of both chambers, and the tank.
-const MOST_STATES: usize = 7;
+/// The most states of one law.
+const MOST_STATES: usize = 15;
 
 impl<'a> Layout<'a> {
-    fn new(sides: &'a [Side], walls: bool, tank: bool) -> Self {
-        Self { sides, walls, tank }
+    fn of<R: Real>(values: &Values<'_, R>, sides: &'a [Side]) -> Option<Self> {
+        let pneumatics = values.pneumatics()?;
+        let valve = values.rig.valve.is_some();
+        Some(Self {
+            sides,
+            valve,
+            walls: pneumatics.chamber_a.wall.is_warmed(),
+            tank: pneumatics.supply_droop.is_present(),
+            silencer: valve && pneumatics.back_pressure.is_present(),
+            readings: values.effect("pressure-sensor-lag", "time_constant_s", 0.0) > R::ZERO,
+            tubes: valve && pneumatics.tube.is_present(),
+        })
+    }
+
+    /// The same without what effects add: a fit that only tries one out begins as if
+    /// nothing had happened before, the wall at its offset, the tank full.
+    fn plain(self) -> Self {
+        Self {
+            walls: false,
+            tank: false,
+            silencer: false,
+            readings: false,
+            tubes: false,
+            ..self
+        }
+    }
+
+    /// One per chamber, where there are such.
+    fn per_side(&self, there: bool) -> usize {
+        if there { self.sides.len() } else { 0 }
+    }
+
+    fn command_place(&self) -> usize {
+        2 * self.sides.len()
+    }
+
+    fn wall_place(&self) -> usize {
+        self.command_place() + usize::from(self.valve)
+    }
+
+    fn tank_place(&self) -> usize {
+        self.wall_place() + self.per_side(self.walls)
+    }
+
+    fn silencer_place(&self) -> usize {
+        self.tank_place() + usize::from(self.tank)
+    }
+
+    fn reading_place(&self) -> usize {
+        self.silencer_place() + usize::from(self.silencer)
+    }
+
+    fn tube_place(&self) -> usize {
+        self.reading_place() + self.per_side(self.readings)
     }
 
     /// Number of states.
     fn count(&self) -> usize {
-        self.tank_place() + usize::from(self.tank)
+        self.tube_place() + 2 * self.per_side(self.tubes)
     }
 
-    fn tank_place(&self) -> usize {
-        self.sides.len() * if self.walls { 3 } else { 2 }
+    /// The command before the first row; without a valve it is nothing.
+    fn earlier_command<R: Real>(&self, initial: &[R]) -> R {
+        if self.valve {
+            initial[self.command_place()]
+        } else {
+            R::ZERO
+        }
     }
 
-    /// The state at the start. A fit that only tries out a wall or a tank has no
-    /// states for them: the wall begins at its offset, the tank full.
-    fn start<R: Real>(&self, initial: &[R]) -> PneumaticState<R> {
-        let count = self.sides.len();
-        let place = |wanted: Side| self.sides.iter().position(|&side| side == wanted);
+    /// The state at the start, and what the sensors show there.
+    fn start<R: Real>(&self, initial: &[R]) -> (PneumaticState<R>, [R; 2]) {
         let gas = |wanted: Side| {
-            let index = place(wanted).unwrap_or(0);
+            let index = self.sides.iter().position(|&side| side == wanted);
+            let index = index.unwrap_or(0);
             GasState {
                 pressure_pa: initial[index],
-                temperature_k: initial[index + count],
+                temperature_k: initial[index + self.sides.len()],
             }
         };
         let mut state = PneumaticState::at_rest(gas(Side::A), gas(Side::B));
-        if initial.len() < self.count() {
-            return state;
-        }
-        if self.walls {
-            let rise = |wanted: Side| initial[place(wanted).unwrap_or(0) + 2 * count];
-            state.a.wall_rise_k = Compensated::new(rise(Side::A));
-            state.b.wall_rise_k = Compensated::new(rise(Side::B));
-        }
         if self.tank {
             state.tank = TankState::at(initial[self.tank_place()]);
         }
-        state
+        if self.silencer {
+            state.silencer = SilencerState::at(initial[self.silencer_place()]);
+        }
+        let mut shown = pressures(self.sides, &state);
+        for (index, &side) in self.sides.iter().enumerate() {
+            let (chamber, tube) = match side {
+                Side::A => (&mut state.a, &mut state.tube_a),
+                Side::B => (&mut state.b, &mut state.tube_b),
+            };
+            if self.walls {
+                chamber.wall_rise_k = Compensated::new(initial[self.wall_place() + index]);
+            }
+            if self.readings {
+                shown[index] = initial[self.reading_place() + index];
+            }
+            if self.tubes {
+                let place = self.tube_place() + 2 * index;
+                let pressure_pa = chamber.pressure_pa.value;
+                *tube = TubeState::flowing(pressure_pa, initial[place], initial[place + 1]);
+            }
+        }
+        (state, shown)
     }
 
-    fn states<R: Real>(&self, state: &PneumaticState<R>, regulator_pa: R) -> [R; MOST_STATES] {
-        let count = self.sides.len();
-        let mut states = [R::ZERO; MOST_STATES];
+    /// Writes the states as they stand now; the earlier command stays.
+    fn store<R: Real>(
+        &self,
+        states: &mut [R; MOST_STATES],
+        state: &PneumaticState<R>,
+        (shown, regulator_pa): (&[R; 2], R),
+    ) {
         for (index, &side) in self.sides.iter().enumerate() {
-            let chamber = match side {
-                Side::A => &state.a,
-                Side::B => &state.b,
+            let (chamber, tube) = match side {
+                Side::A => (&state.a, &state.tube_a),
+                Side::B => (&state.b, &state.tube_b),
             };
             states[index] = chamber.pressure_pa.value;
-            states[index + count] = chamber.temperature_k.value;
+            states[index + self.sides.len()] = chamber.temperature_k.value;
             if self.walls {
-                states[index + 2 * count] = chamber.wall_rise_k.value;
+                states[self.wall_place() + index] = chamber.wall_rise_k.value;
+            }
+            if self.readings {
+                states[self.reading_place() + index] = shown[index];
+            }
+            if self.tubes {
+                let place = self.tube_place() + 2 * index;
+                states[place] = tube.port_pa() - chamber.pressure_pa.value;
+                states[place + 1] = tube.flow_kg_per_s();
             }
         }
         if self.tank {
             states[self.tank_place()] = state.tank.pressure_pa(regulator_pa);
         }
-        states
+        if self.silencer {
+            states[self.silencer_place()] = state.silencer.excess_pa();
+        }
     }
 }
 

@@ -82,6 +82,9 @@ pub struct InitialState {
     pub bounds: (f64, f64),
     /// Which output is its measurement, if one is.
     pub measured_by: Option<usize>,
+    /// Which state is what a sensor that lags shows of it: a window begins it as far
+    /// from its measurement as it then is from this in the free run.
+    pub read_by: Option<usize>,
 }
 
 /// What a law reports of each row.

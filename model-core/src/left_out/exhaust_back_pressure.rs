@@ -41,8 +41,13 @@ pub struct SilencerState<R> {
 impl<R: Real> SilencerState<R> {
     /// At the surroundings' pressure.
     pub fn at_rest() -> Self {
+        Self::at(R::ZERO)
+    }
+
+    /// At a pressure over that of the surroundings, Pa.
+    pub fn at(excess_pa: R) -> Self {
         Self {
-            excess_pa: Compensated::new(R::ZERO),
+            excess_pa: Compensated::new(excess_pa),
         }
     }
 

@@ -48,4 +48,21 @@ impl<R: Real> SlewLimit<R> {
         let most = limit * dt_s;
         position + wanted.clamp(-most, most)
     }
+
+    /// The mean position over a step that went from `before` to `after`: on the way as
+    /// fast as it can, and then there.
+    #[inline]
+    pub fn mean(&self, before: R, after: R, dt_s: R) -> R {
+        let way = after - before;
+        let limit = if way > R::ZERO {
+            self.rising_per_s
+        } else {
+            self.falling_per_s
+        };
+        if limit <= R::ZERO {
+            return after;
+        }
+        let share_under_way = way.abs() / (limit * dt_s);
+        after - R::from_f64(0.5) * share_under_way * way
+    }
 }

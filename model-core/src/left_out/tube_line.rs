@@ -84,6 +84,21 @@ impl<R: Real> TubeState<R> {
         }
     }
 
+    /// One flow all along, kg/s, and a pressure that falls evenly from the valve's end,
+    /// so far over the chamber's, Pa.
+    pub fn flowing(chamber_pa: R, over_pa: R, flow_kg_per_s: R) -> Self {
+        let share = |cell: usize| R::from_f64(1.0 - cell as f64 / LENGTH_CELLS);
+        Self {
+            pressures_pa: core::array::from_fn(|cell| chamber_pa + over_pa * share(cell)),
+            mass_flows_kg_per_s: [flow_kg_per_s; CELLS],
+        }
+    }
+
+    /// Flow into the chamber, kg/s.
+    pub fn flow_kg_per_s(&self) -> R {
+        self.mass_flows_kg_per_s[CELLS - 1]
+    }
+
     /// Pressure at the valve's end, Pa.
     #[inline]
     pub fn port_pa(&self) -> R {
