@@ -6,7 +6,17 @@ use truth_plant::{Kind, Request, Strength};
 
 /// Rig and training recordings of a case with an effect of no list.
 pub(super) fn off_list(seed: u64, strength: Strength, effect: &str) -> (Rig, Vec<Recording>) {
-    let request = Request::new(seed, Kind::OffList).with_noise(1.0);
+    of_kind(Kind::OffList, seed, strength, effect)
+}
+
+/// Rig and training recordings of a case with one effect.
+pub(super) fn of_kind(
+    kind: Kind,
+    seed: u64,
+    strength: Strength,
+    effect: &str,
+) -> (Rig, Vec<Recording>) {
+    let request = Request::new(seed, kind).with_noise(1.0);
     let request = request.with_effect(effect).unwrap().with_strength(strength);
     let case = request.draw();
     let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();

@@ -66,3 +66,31 @@ impl<R: Real> SlewLimit<R> {
         after - R::from_f64(0.5) * share_under_way * way
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the same limit in a thousand parts of a step.
+    #[test]
+    fn val_mean_over_a_step_is_that_of_a_fine_course() {
+        let slew = SlewLimit {
+            rising_per_s: 100.0,
+            falling_per_s: 40.0,
+        };
+        for target in [5.0, 0.07, 0.0, -0.01, -3.0_f64] {
+            let (mut fine, mut sum) = (0.0, 0.0);
+            for _ in 0..1000 {
+                let next = slew.step(fine, target, 1e-6);
+                sum += 0.5 * (fine + next);
+                fine = next;
+            }
+            let end = slew.step(0.0, target, 1e-3);
+            assert!((end - fine).abs() < 1e-9, "{target}");
+            let mean = slew.mean(0.0, end, 1e-3);
+            assert!((mean - 1e-3 * sum).abs() < 1e-6, "{target}: {mean} {sum}");
+        }
+        let free = SlewLimit::<f64>::NEUTRAL;
+        assert!((free.mean(1.0, 7.0, 1e-3) - 7.0).abs() < f64::EPSILON);
+    }
+}
