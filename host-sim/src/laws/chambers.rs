@@ -19,8 +19,10 @@ const LONGEST_CLOSED_STEP_S: f64 = 0.1;
 /// Steps into which one row is divided at the most (over a gap).
 const MOST_SUBSTEPS: f64 = 200.0;
 /// History of the command that is run through before a window, s: longer than
-/// any delay or lag of a valve.
+/// any delay or lag of a valve ...
 const COMMAND_WARM_UP_S: f64 = 0.2;
+/// ... and with a play, which stays until the command has come back across it.
+const PLAY_WARM_UP_S: f64 = 5.0;
 /// How far the gas may be from ambient when a recording begins in mid-motion,
 /// K, one standard deviation: half the excursion of a full-speed stroke.
 const INITIAL_TEMPERATURE_SD_K: f64 = 20.0;
@@ -363,7 +365,13 @@ fn spool_positions<R: Real>(
     };
     let step_s = super::motion::median_step_s(drive.time_s);
     let path = values.command_path(step_s);
-    let warm_up = (COMMAND_WARM_UP_S / step_s).ceil() as usize;
+    let has_play = values.effect("valve-hysteresis", "width", 0.0) > R::ZERO;
+    let warm_up_s = if has_play {
+        PLAY_WARM_UP_S
+    } else {
+        COMMAND_WARM_UP_S
+    };
+    let warm_up = (warm_up_s / step_s).ceil() as usize;
     let from = rows.start.saturating_sub(warm_up);
     let before = match from {
         0 => earlier,
