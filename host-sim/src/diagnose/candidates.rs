@@ -4,6 +4,7 @@
 //! An effect whose parameter the engineer declared uncertain is no candidate:
 //! it is an ordinary parameter, refitted in the baseline.
 
+use super::materiality::{Mark, marks};
 use crate::fit::law_problem::{FreeParameter, Scope};
 use crate::fit::{Parameter, Prior};
 use crate::laws::{Law, Track, white_noise};
@@ -17,10 +18,6 @@ const LONGEST_CUSHION_M: f64 = 0.06;
 
 /// A shorter tube is a fitting, and belongs to the valve's areas.
 const SHORTEST_TUBE_M: f64 = 0.05;
-
-/// A force of less than this part of the declared Coulomb level does not matter: 0.4 N of
-/// 20 N, 0.8 kPa on the piston, which an integrator holds.
-const LEAST_FRICTION_SHARE: f64 = 0.02;
 
 /// A play below the bristle's deflection (20 to 30 um) does not matter.
 const LEAST_PLAY_M: f64 = 2e-5;
@@ -51,8 +48,8 @@ pub struct Candidate {
     pub free: Vec<FreeParameter>,
     /// Starting points: one value per free parameter each.
     pub starts: Vec<Vec<f64>>,
-    /// Parameters, by key, under whose sizes the effect does not matter, however plain.
-    pub least: Vec<(String, f64)>,
+    /// Its parameters, by key, and from which sizes on it matters: none where it always does.
+    pub marks: Vec<(String, Mark)>,
     /// Whether the residuals jump with its parameters: derivatives mislead there,
     /// and a search by values goes on where they end.
     pub is_rough: bool,
@@ -76,16 +73,9 @@ impl Candidate {
             switches: Vec::new(),
             free: Vec::new(),
             starts: vec![Vec::new()],
-            least: Vec::new(),
+            marks: Vec::new(),
             is_rough: false,
         }
-    }
-
-    /// The size under which it does not matter.
-    fn matters_from(mut self, parameter: &str, size: f64) -> Self {
-        self.least
-            .push((format!("effects.{}.{parameter}", self.effect), size));
-        self
     }
 
     fn rough(mut self) -> Self {
@@ -232,11 +222,17 @@ fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
 
 /// What may be tried on a law.
 pub fn candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit: f64) -> Vec<Candidate> {
-    match law {
+    let mut all = match law {
         Law::Chambers => chamber_candidates(rig, tracks),
         Law::Force | Law::Carriage | Law::Balance => friction_candidates(law, rig, tracks, misfit),
         Law::Actuator => actuator_candidates(tracks),
+    };
+    let marks = marks(law, rig, row_s(tracks));
+    for candidate in &mut all {
+        let own = |(key, _): &&(String, Mark)| candidate.free.iter().any(|free| free.key == *key);
+        candidate.marks = marks.iter().filter(own).cloned().collect();
     }
+    all
 }
 
 /// Median time from row to row over all recordings, s.
@@ -554,13 +550,14 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
             (0.0, 1.0),
             &[0.03, 0.1],
         ),
-        // The tank drawn empty in a tenth and in half a second by an open valve.
+        // The tank drawn empty in a tenth and in half a second by an open valve; and a
+        // large one behind a regulator as wide as the valve.
         Candidate::new("supply-droop", &["supply"])
-            .free("tank_volume_m3", (1e-5, 0.1), &[1e-3, 5e-3])
+            .free("tank_volume_m3", (1e-5, 0.1), &[1e-3, 5e-3, 1e-2])
             .free(
                 "feed_area_m2",
                 (1e-8, 1e-3),
-                &[0.3 * opening, 0.3 * opening],
+                &[0.3 * opening, 0.3 * opening, opening],
             ),
         Candidate::new("exhaust-back-pressure", &["exhaust"])
             .free(
@@ -655,14 +652,8 @@ fn friction_candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit_n: f64)
     }
     all.extend(pressure_friction(rig, tracks, force));
     if rig.uncertainty_sd("carriage.external_force_N").is_none() {
-        let coulomb_n = rig.value("friction.coulomb_N").unwrap_or(0.0);
         let starts = &[0.2 * force, -0.2 * force];
-        let mut constant =
-            Candidate::new("constant-force", place).free("force_N", (-most, most), starts);
-        if law == Law::Balance {
-            constant = constant.matters_from("force_N", LEAST_FRICTION_SHARE * coulomb_n);
-        }
-        all.push(constant);
+        all.push(Candidate::new("constant-force", place).free("force_N", (-most, most), starts));
     }
     all.extend(carriage_candidates(rig, tracks, force));
     if law == Law::Force {
@@ -681,9 +672,7 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
         all.push(
             Candidate::new("direction-dependent-friction", place)
                 .free("asymmetry", (-0.9, 0.9), &[0.05, -0.05])
-                .free("viscous_asymmetry", (-0.9, 0.9), &[0.05, -0.05])
-                .matters_from("asymmetry", LEAST_FRICTION_SHARE)
-                .matters_from("viscous_asymmetry", LEAST_FRICTION_SHARE),
+                .free("viscous_asymmetry", (-0.9, 0.9), &[0.05, -0.05]),
         );
         all.extend(position_friction(rig, &shares));
         all.push(
@@ -743,9 +732,7 @@ fn position_friction(rig: &Rig, shares: &[f64]) -> Vec<Candidate> {
             .form("wave")
             .free("cosine", (-3.0, 3.0), &shares[..1])
             .free("sine", (-3.0, 3.0), &shares[..1])
-            .free("wavelength_m", (0.02 * stroke, 3.0 * stroke), &waves)
-            .matters_from("cosine", LEAST_FRICTION_SHARE)
-            .matters_from("sine", LEAST_FRICTION_SHARE),
+            .free("wavelength_m", (0.02 * stroke, 3.0 * stroke), &waves),
         Candidate::new("position-dependent-friction", place)
             .form("slope")
             .free("slope_per_m", (-20.0, 20.0), &[0.1, -0.1])

@@ -671,7 +671,11 @@ mod tests {
             let baseline = search::baseline(&bench).expect("it is fitted");
             bench.candidates = candidates::candidates(Law::Chambers, &rig, &tracks, 1.0);
             let named = |candidate: &Candidate| candidate.effect == effect;
-            let set = [bench.candidates.iter().position(named).expect("it is tried")];
+            let set = [bench
+                .candidates
+                .iter()
+                .position(named)
+                .expect("it is tried")];
             let model = bench.fit(&set, Some(&bench.as_given(&baseline)));
             let left = model.expect("it is fitted").mean_square;
             for (left, noise) in left.iter().zip(&bench.noise) {

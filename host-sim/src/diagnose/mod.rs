@@ -18,6 +18,7 @@ pub mod fitted;
 mod intermittent;
 pub mod knowability;
 pub mod locate;
+pub mod materiality;
 mod misfit;
 pub mod noise;
 mod phrase;

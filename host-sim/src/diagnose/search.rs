@@ -12,6 +12,7 @@ use crate::laws::{Law, median_step_s};
 
 use super::fitted::{Bench, Fitted, Set};
 use super::intermittent;
+use super::materiality::Mark;
 use crate::fit::Presence;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -736,11 +737,13 @@ impl<'a> Judge<'a> {
         let is_negligible = self.is_negligible(with, candidate);
         let is_told = !is_sampling && !is_negligible;
         let gain = log_gain(&mine[helped], &theirs[helped]);
+        // What is not named cannot be named wrongly: it need only help.
+        let others = if is_told { with.set.len() - 1 } else { 0 };
         let is_plain = !at_bound
             && gain > 0.0
             && share >= MATERIAL_SHARE
             && if self.bench.is_long() {
-                ratio <= plain_ratio(with.set.len() - 1)
+                ratio <= plain_ratio(others)
             } else {
                 ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0)
             };
@@ -766,11 +769,11 @@ impl<'a> Judge<'a> {
 
     /// Whether an effect is smaller than what matters, in every number that has such a mark.
     fn is_negligible(&self, model: &Fitted, candidate: usize) -> bool {
-        let least = &self.bench.candidates[candidate].least;
-        let is_less = |(key, least): &(String, f64)| {
-            model.value(key).is_none_or(|value| value.abs() < *least)
+        let marks = &self.bench.candidates[candidate].marks;
+        let is_small = |(key, mark): &(String, Mark)| {
+            model.value(key).is_none_or(|size| mark.leaves_out(size))
         };
-        !least.is_empty() && least.iter().all(is_less)
+        !marks.is_empty() && marks.iter().all(is_small)
     }
 
     /// Whether an effect that is nothing but a shift in time is no more than the

@@ -132,7 +132,11 @@ pub(super) fn initial_states(
         .chain(sides.iter().map(temperature))
         .chain(command_start(rig, recording))
         .chain(of_sides(layout.walls).map(wall_rise))
-        .chain(layout.tank.then(|| tank_start(&values, recording, row, view)))
+        .chain(
+            layout
+                .tank
+                .then(|| tank_start(&values, recording, row, view)),
+        )
         .chain(layout.silencer.then_some(SILENCER_START))
         .chain(readings.map(reading))
         .chain(of_sides(layout.tubes).flat_map(tube))

@@ -292,7 +292,11 @@ impl<R: Real> Line<R> {
             let midway_pa = R::from_f64(0.5) * (pressure_pa + ahead_pa);
             let mut friction = lengths * self.friction(flow, midway_pa);
             if cell + 1 == CELLS {
-                let upstream_pa = if flow < R::ZERO { ahead_pa } else { pressure_pa };
+                let upstream_pa = if flow < R::ZERO {
+                    ahead_pa
+                } else {
+                    pressure_pa
+                };
                 friction += self.mouth_loss(flow, upstream_pa);
             }
             let per = R::ONE / (inertia + friction + rise_ahead.per);

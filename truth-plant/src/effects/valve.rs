@@ -1,6 +1,6 @@
 //! Effects between command and spool.
 
-use super::{Applied, COMMAND, Draw, Effect, Form};
+use super::{Applied, COMMAND, Draw, Effect, Form, Strength};
 use crate::plant::valve::{Play, Spool};
 
 pub(super) const EFFECTS: &[Effect] = &[
@@ -46,12 +46,17 @@ fn spool_dynamics(draw: &mut Draw<'_>) -> Applied {
         return Applied::new(COMMAND, "first order", [("time_constant_s", lag_s)]);
     }
     let damping = draw.random.between(0.5, 0.9);
-    // Half the stroke in 4 ms (MPYE-5: 4.2 ms).
+    // Half the stroke in 4 ms (MPYE-5: 4.2 ms); one that nobody should care about has none.
     const FASTEST_V_PER_S: f64 = 1250.0;
+    let fastest_v_per_s = if draw.strength == Strength::Immaterial {
+        f64::INFINITY
+    } else {
+        FASTEST_V_PER_S
+    };
     draw.physics.command.spool = Some(Spool {
         frequency_hz,
         damping,
-        fastest_v_per_s: FASTEST_V_PER_S,
+        fastest_v_per_s,
     });
     let parameters = [
         ("natural_frequency_Hz", frequency_hz),
