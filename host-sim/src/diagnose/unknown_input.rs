@@ -11,10 +11,10 @@
 //! what is missing. The input that leaves least is the place. What it would have had
 //! to be, window by window, is then looked at over time and state like any misfit.
 //!
-//! The fit: with errors r at the input's present value in each window, their slopes S by
-//! the ordinary parameters and g by the input, the value moves by -g (r + S d) / g g; what
-//! it cannot explain, r and S less their parts along g, gives the step d (Gauss and
-//! Newton, with the engineer's uncertainties as priors). No input is let further off than such
+//! The fit: with errors r, their slopes S by the ordinary parameters and g by the
+//! input, the best value in a window is a = -g (r + S d) / g g; what it cannot
+//! explain, r and S less their parts along g, gives the step d (Gauss and Newton,
+//! with the engineer's uncertainties as priors). No input is let further off than such
 //! an input ever is: surroundings of five bar would explain what a command of 20 mV does.
 //! S is taken once, at the rig as given, for all inputs and steps: it is most of the
 //! work, and the errors are always those of the rig at hand.
@@ -127,8 +127,6 @@ fn inputs() -> Vec<Input> {
 struct Start {
     rows: Range<usize>,
     states: Vec<f64>,
-    /// The window's place among all.
-    place: usize,
 }
 
 /// One window: its rows and what the prediction is too high by, in units of the
@@ -145,19 +143,6 @@ struct Direction {
     slopes: Vec<Vec<f64>>,
     /// How far the input may be off.
     most: f64,
-    /// How far it is where the slopes were taken, by window.
-    held: Vec<f64>,
-}
-
-impl Direction {
-    /// How far the input would have to be off in a window to explain its errors, and its
-    /// deviation; `None` where it does nothing.
-    fn wanted(&self, index: usize, errors: &[f64]) -> Option<(f64, f64)> {
-        let slope = &self.slopes[index];
-        let (product, square) = (dot(errors, slope), dot(slope, slope));
-        let can_be_told = square > 0.0 && product.is_finite();
-        can_be_told.then(|| (self.held[index] - product / square, 1.0 / square.sqrt()))
-    }
 }
 
 /// The windows under some ordinary parameters, with an input.
@@ -245,7 +230,7 @@ impl<'a> Windowed<'a> {
         let values = windowed.as_given();
         let rig = windowed.rig(&values);
         let starts = windowed.starts(&rig);
-        let windows = windowed.windows(&rig, &starts, None);
+        let windows = windowed.windows(&rig, &starts);
         windowed.by_ordinary = windowed.by_ordinary(&values, &windows, &starts);
         windowed
     }
@@ -267,19 +252,16 @@ impl<'a> Windowed<'a> {
     fn explained(&self, input: Option<&Input>) -> Option<Explained> {
         let ordinary = &self.bench.ordinary;
         let mut values = self.as_given();
-        let mut held: Vec<f64> = Vec::new();
         let mut best: Option<Explained> = None;
         for round in 1..=ROUNDS {
             let rig = self.rig(&values);
             let starts = self.starts(&rig);
-            let windows = self.windows(&rig, &starts, input.map(|input| (input, &held[..], 0.0)));
-            held.resize(windows.len(), 0.0);
+            let windows = self.windows(&rig, &starts);
             let along = input.map(|input| {
-                let moved = self.windows(&rig, &starts, Some((input, &held, input.size)));
+                let rig = shifted(&rig, input);
                 Direction {
-                    slopes: slopes(&windows, &moved, input.size),
+                    slopes: slopes(&windows, &self.windows(&rig, &starts), input.size),
                     most: input.most,
-                    held: held.clone(),
                 }
             });
             let penalty = |(free, value): (&FreeParameter, &f64)| {
@@ -293,9 +275,6 @@ impl<'a> Windowed<'a> {
                 let step = step(&now.windows, along, by_ordinary, ordinary, &penalties)?;
                 for ((value, free), step) in values.iter_mut().zip(ordinary).zip(step) {
                     *value = (*value + step).clamp(free.parameter.lower, free.parameter.upper);
-                }
-                for (held, needed) in held.iter_mut().zip(&now.needed) {
-                    *held = needed.map_or(0.0, |(value, _)| value);
                 }
             }
             if best.as_ref().is_none_or(|best| now.left < best.left) {
@@ -316,11 +295,7 @@ impl<'a> Windowed<'a> {
             let size = STEP * step_size(&free.parameter);
             let mut moved = values.to_vec();
             moved[index] += size;
-            slopes(
-                windows,
-                &self.windows(&self.rig(&moved), starts, None),
-                size,
-            )
+            slopes(windows, &self.windows(&self.rig(&moved), starts), size)
         };
         self.bench.ordinary.iter().enumerate().map(slope).collect()
     }
@@ -343,47 +318,33 @@ impl<'a> Windowed<'a> {
             .map(|(name, guess)| self.baseline.value(name).unwrap_or(guess.start))
             .collect();
         let runs = problem.predict(&initial);
-        let mut places = 0..;
-        let mut of_recording = |(recording, (_, states)): (usize, &(Columns, Columns))| {
+        let of_recording = |(recording, (_, states)): (usize, &(Columns, Columns))| {
             let time_s = &self.bench.tracks[recording].recording.time_s;
-            let windows = windows(time_s, WINDOW_S).into_iter().zip(places.by_ref());
-            let start = |(rows, place): (Range<usize>, usize)| Start {
-                states: problem.window_start(recording, rows.start, states, View::Centred),
-                rows,
-                place,
+            let start = |rows: Range<usize>| {
+                let first = rows.start;
+                Start {
+                    rows,
+                    states: problem.window_start(recording, first, states, View::Centred),
+                }
             };
-            windows.map(start).collect()
+            windows(time_s, WINDOW_S).into_iter().map(start).collect()
         };
-        runs.iter().enumerate().map(&mut of_recording).collect()
+        runs.iter().enumerate().map(of_recording).collect()
     }
 
-    /// Every window predicted from its start, with an input off by what is held in it
-    /// (nothing, where none is) and something more in all.
-    fn windows(
-        &self,
-        rig: &Rig,
-        starts: &[Vec<Start>],
-        off: Option<(&Input, &[f64], f64)>,
-    ) -> Vec<Window> {
+    /// Every window predicted from its start.
+    fn windows(&self, rig: &Rig, starts: &[Vec<Start>]) -> Vec<Window> {
         let problem = problem(self.bench, rig);
-        let keys: Vec<String> = off.map_or_else(Vec::new, |(input, ..)| input.keys());
         let of_recording = |(recording, starts): (usize, &Vec<Start>)| {
             let recorded = problem.recorded(recording);
-            let window = |Start {
-                              rows,
-                              states,
-                              place,
-                          }: &Start| {
+            let window = |Start { rows, states }: &Start| {
                 let mut errors = Vec::with_capacity(rows.len() * recorded.len());
                 let mut store = |row: usize, outputs: &[f64], _: &[f64]| {
                     let outputs = outputs.iter().zip(&recorded).zip(&self.bench.noise);
                     errors.extend(outputs.map(|((p, r), noise)| (p - r[row]) / noise));
                 };
-                let numbers = off.map_or_else(Vec::new, |(input, held, more)| {
-                    input.numbers(rig, held.get(*place).copied().unwrap_or(0.0) + more)
-                });
-                let numbers = (keys.as_slice(), numbers.as_slice());
-                problem.predict_rows((recording, rows.clone()), numbers, states, &mut store);
+                let none: (&[String], &[f64]) = (&[], &[]);
+                problem.predict_rows((recording, rows.clone()), none, states, &mut store);
                 Window {
                     recording,
                     rows: rows.clone(),
@@ -430,19 +391,13 @@ impl<'a> Windowed<'a> {
     }
 }
 
-impl Input {
-    /// The numbers of a rig that stand for it.
-    fn keys(&self) -> Vec<String> {
-        let keys = self.shifts.iter().map(|(key, _)| (*key).to_owned());
-        keys.collect()
-    }
-
-    /// What they are when it is off by this.
-    fn numbers(&self, rig: &Rig, off: f64) -> Vec<f64> {
-        let number =
-            |&(key, shift): &(&str, f64)| rig.value(key).unwrap_or(0.0) + shift * off / self.size;
-        self.shifts.iter().map(number).collect()
-    }
+/// The rig with an input shifted.
+fn shifted(rig: &Rig, input: &Input) -> Rig {
+    let shifts = input.shifts.iter().map(|&(key, shift)| {
+        let value = rig.value(key).unwrap_or(0.0);
+        (key.to_owned(), value + shift)
+    });
+    rig.with_values(&shifts.collect())
 }
 
 /// The size of a parameter's uncertainty.
@@ -504,11 +459,13 @@ fn judged(windows: Vec<Window>, along: Option<&Direction>, penalties: &[f64]) ->
     for (index, window) in windows.iter().enumerate() {
         left += dot(&window.errors, &window.errors);
         needed.push(along.and_then(|along| {
-            let (wanted, deviation) = along.wanted(index, &window.errors)?;
-            let value = wanted.clamp(-along.most, along.most);
-            let (step, slope) = (value - along.held[index], &along.slopes[index]);
-            left += step * (2.0 * dot(&window.errors, slope) + step * dot(slope, slope));
-            Some((value, deviation))
+            let direction = &along.slopes[index];
+            let (product, square) = (dot(&window.errors, direction), dot(direction, direction));
+            (square > 0.0 && product.is_finite()).then(|| {
+                let value = (-product / square).clamp(-along.most, along.most);
+                left += value * (2.0 * product + value * square);
+                (value, 1.0 / square.sqrt())
+            })
         }));
     }
     Explained {
@@ -543,8 +500,9 @@ fn step(
         // An input at the end of its range takes nothing more.
         let free = along.and_then(|along| {
             let g = along.slopes[index].as_slice();
-            let (wanted, _) = along.wanted(index, &window.errors)?;
-            (wanted.abs() < along.most).then(|| (g, dot(g, g)))
+            let square = dot(g, g);
+            let is_free = dot(&window.errors, g).abs() < along.most * square;
+            is_free.then_some((g, square))
         });
         // Products of what is left when the parts along the input are taken out.
         let product = |a: &[f64], b: &[f64]| match free {
@@ -635,7 +593,6 @@ mod tests {
         let along = Direction {
             slopes: vec![vec![1.0; 3], vec![1.0; 3]],
             most: 100.0,
-            held: vec![1.0, -2.0],
         };
         let free = FreeParameter {
             key: "valve.null_V".into(),
@@ -645,9 +602,9 @@ mod tests {
         let step = step(&windows, Some(&along), &slope, &[free], &[0.0]).unwrap();
         assert!((step[0] + 1.0).abs() < 1e-12, "{step:?}");
         let judged = judged(windows, Some(&along), &[0.0]);
-        // Left are (-1, 0, 1) of each window; the inputs move by less their means.
+        // Left are (-1, 0, 1) of each window; the inputs are less their means.
         assert!((judged.left - 4.0).abs() < 1e-12, "{}", judged.left);
         let needed: Vec<f64> = judged.needed.iter().map(|one| one.unwrap().0).collect();
-        assert!((needed[0] + 5.0).abs() < 1e-12 && needed[1].abs() < 1e-12);
+        assert!((needed[0] + 6.0).abs() < 1e-12 && (needed[1] - 2.0).abs() < 1e-12);
     }
 }
