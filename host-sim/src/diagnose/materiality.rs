@@ -86,8 +86,7 @@ fn forces(rig: &Rig) -> Vec<(&'static str, Mark)> {
         ),
         ("dwell-stiction.rise_N", Mark::From(BREAK_AWAY_RISE_N)),
     ];
-    if let Some(coulomb_n) = rig.value("friction.coulomb_N") {
-        let least_n = FRICTION_SHARE * coulomb_n;
+    if let Some(least_n) = least_force_n(rig) {
         let by_pressure = Mark::From(least_n / BAR_PA);
         known.extend([
             ("constant-force.force_N", Mark::From(least_n)),
@@ -100,9 +99,6 @@ fn forces(rig: &Rig) -> Vec<(&'static str, Mark)> {
                 by_pressure,
             ),
         ]);
-        if let Some(area_m2) = rig.value("cylinder.area_a_m2") {
-            known.extend(sensor_offsets(least_n / area_m2));
-        }
     }
     if let Some(mass_kg) = rig.value("carriage.mass_kg") {
         let stiffness = Mark::UpTo(COMPLIANCE_N_M_PER_KG * mass_kg);
@@ -162,19 +158,21 @@ fn gas_and_valve(rig: &Rig, row_s: f64) -> Vec<(&'static str, Mark)> {
             ("slew-limit.falling_per_s", rate),
         ]);
     }
-    let force_n = rig.value("friction.coulomb_N").map(|n| FRICTION_SHARE * n);
-    if let Some((least_n, area_m2)) = force_n.zip(rig.value("cylinder.area_a_m2")) {
-        known.extend(sensor_offsets(least_n / area_m2));
+    // An offset that pushes no more than a force that does not matter.
+    if let Some((least_n, area_m2)) = least_force_n(rig).zip(rig.value("cylinder.area_a_m2")) {
+        let offset = Mark::From(least_n / area_m2);
+        known.extend([
+            ("pressure-sensor-offset.offset_a_Pa", offset),
+            ("pressure-sensor-offset.offset_b_Pa", offset),
+        ]);
     }
     known
 }
 
-/// An offset that pushes no more than a force that does not matter.
-fn sensor_offsets(least_pa: f64) -> [(&'static str, Mark); 2] {
-    [
-        ("pressure-sensor-offset.offset_a_Pa", Mark::From(least_pa)),
-        ("pressure-sensor-offset.offset_b_Pa", Mark::From(least_pa)),
-    ]
+/// The force that matters, N, where friction is declared.
+fn least_force_n(rig: &Rig) -> Option<f64> {
+    rig.value("friction.coulomb_N")
+        .map(|coulomb_n| FRICTION_SHARE * coulomb_n)
 }
 
 #[cfg(test)]
@@ -197,10 +195,7 @@ mod tests {
                 .map(|free| free.key)
                 .collect();
             for (key, _) in marks(law, &rig, 1e-3) {
-                assert!(
-                    free.contains(&key) || key.contains("sensor-offset"),
-                    "{key}"
-                );
+                assert!(free.contains(&key), "{key}");
             }
         }
     }

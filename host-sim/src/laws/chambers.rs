@@ -83,9 +83,10 @@ pub(super) fn initial_states(
         replaced: &[],
     };
     let sides: Vec<Side> = sides(rig).collect();
-    let Some(layout) = Layout::of(&values, &sides) else {
+    let Some(pneumatics) = values.pneumatics() else {
         return Vec::new();
     };
+    let layout = Layout::of(&values, &pneumatics, &sides);
     let ambient_k = values.ambient().temperature_k;
     let seen_pa = |side: Side| {
         let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
@@ -265,9 +266,7 @@ pub(super) fn predict<R: Real>(
     let onset_s = values.effect("chamber-leakage", "onset_s", f64::NEG_INFINITY);
     let leaks = (pneumatics.leak_a, pneumatics.leak_b);
     let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
-    let Some(mut layout) = Layout::of(values, &sides) else {
-        return;
-    };
+    let mut layout = Layout::of(values, &pneumatics, &sides);
     if initial.len() < layout.count() {
         layout = layout.plain();
     }
@@ -409,10 +408,9 @@ struct Layout<'a> {
 const MOST_STATES: usize = 15;
 
 impl<'a> Layout<'a> {
-    fn of<R: Real>(values: &Values<'_, R>, sides: &'a [Side]) -> Option<Self> {
-        let pneumatics = values.pneumatics()?;
+    fn of<R: Real>(values: &Values<'_, R>, pneumatics: &Pneumatics<R>, sides: &'a [Side]) -> Self {
         let valve = values.rig.valve.is_some();
-        Some(Self {
+        Self {
             sides,
             valve,
             walls: pneumatics.chamber_a.wall.is_warmed(),
@@ -420,7 +418,7 @@ impl<'a> Layout<'a> {
             silencer: valve && pneumatics.back_pressure.is_present(),
             readings: values.effect("pressure-sensor-lag", "time_constant_s", 0.0) > R::ZERO,
             tubes: valve && pneumatics.tube.is_present(),
-        })
+        }
     }
 
     /// The same without what effects add: a fit that only tries one out begins as if

@@ -33,15 +33,21 @@ impl<R: Real> SlewLimit<R> {
         R::from_f64(0.5) * size / slower
     }
 
+    /// The rate that holds on a way of this sign; 0 for none.
+    #[inline]
+    fn limit(&self, way: R) -> R {
+        if way > R::ZERO {
+            self.rising_per_s
+        } else {
+            self.falling_per_s
+        }
+    }
+
     /// The next position on the way from `position` to `target`.
     #[inline]
     pub fn step(&self, position: R, target: R, dt_s: R) -> R {
         let wanted = target - position;
-        let limit = if wanted > R::ZERO {
-            self.rising_per_s
-        } else {
-            self.falling_per_s
-        };
+        let limit = self.limit(wanted);
         if limit <= R::ZERO {
             return target;
         }
@@ -54,11 +60,7 @@ impl<R: Real> SlewLimit<R> {
     #[inline]
     pub fn mean(&self, before: R, after: R, dt_s: R) -> R {
         let way = after - before;
-        let limit = if way > R::ZERO {
-            self.rising_per_s
-        } else {
-            self.falling_per_s
-        };
+        let limit = self.limit(way);
         if limit <= R::ZERO {
             return after;
         }
