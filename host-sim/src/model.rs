@@ -283,7 +283,8 @@ impl<R: Real> Values<'_, R> {
         self.effect(effect, &name, 0.0)
     }
 
-    fn geometry(&self, side: Side) -> Option<ChamberGeometry<R>> {
+    /// Geometry of a chamber, where the rig says enough of it.
+    pub fn geometry(&self, side: Side) -> Option<ChamberGeometry<R>> {
         if let Some(vessel) = self.rig.vessel.as_ref() {
             return (side == Side::A).then(|| vessel_geometry(vessel.volume_m3));
         }

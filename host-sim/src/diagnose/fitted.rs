@@ -84,11 +84,17 @@ impl<'a> Bench<'a> {
     /// Puts law, rig and recordings on the bench.
     pub fn new(law: Law, rig: &'a Rig, tracks: &'a [Track<'a>]) -> Self {
         let lengths: Vec<usize> = tracks.iter().map(Track::len).collect();
+        let mut ordinary = super::candidates::ordinary(law, rig);
+        for free in &mut ordinary {
+            if let Some(start) = law.start_of(&free.key, rig, tracks) {
+                free.parameter.start = start;
+            }
+        }
         Self {
             law,
             rig,
             tracks,
-            ordinary: super::candidates::ordinary(law, rig),
+            ordinary,
             candidates: Vec::new(),
             noise: super::noise::of_outputs(law, rig, tracks),
             folds: Folds::of(&lengths),
@@ -377,7 +383,8 @@ impl<'a> Bench<'a> {
                     // A residual that is limited by itself keeps its weight: else a fit
                     // that begins off all break-aways stays off them.
                     if self.law == Law::Balance && output == balance::BREAKAWAY {
-                        return *noise;
+                        let of_inputs = noise.powi(2) - balance::OWN_NOISE_N[output].powi(2);
+                        return balance::KNOWN_TO_N.hypot(of_inputs.max(0.0).sqrt());
                     }
                     square.sqrt().max(*noise)
                 })
@@ -511,6 +518,16 @@ impl<'a> Bench<'a> {
             left_out: None,
             presence,
         })
+    }
+
+    /// How far a model is from the priors of its shared parameters: squares of deviations, summed.
+    pub fn contradiction(&self, fitted: &Fitted) -> f64 {
+        let square = |free: &FreeParameter| {
+            let prior = free.parameter.prior?;
+            let value = fitted.value(&free.key)?;
+            Some(((value - prior.mean) / prior.standard_deviation).powi(2))
+        };
+        self.free(&fitted.set).iter().filter_map(square).sum()
     }
 
     /// The same model with some of its effects switched off and nothing refitted.

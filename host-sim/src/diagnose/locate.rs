@@ -22,7 +22,7 @@
 //! of force or flow would otherwise show long after its cause.
 
 use super::fitted::integrated_autocorrelation;
-use crate::laws::{Law, Motion, Output, Track, median_step_s};
+use crate::laws::{Law, Motion, Output, Track, median, median_step_s};
 use crate::rig::Rig;
 use serde::Serialize;
 
@@ -331,11 +331,6 @@ fn correlated_rows(columns: &[Vec<f64>]) -> f64 {
         .iter()
         .map(|column| integrated_autocorrelation(column));
     median(lengths.collect()).unwrap_or(1.0).max(1.0)
-}
-
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 fn spread(tracks: &[Track<'_>], signal: &str) -> f64 {

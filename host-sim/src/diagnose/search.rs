@@ -735,12 +735,10 @@ impl<'a> Judge<'a> {
         let share = improvement(helped);
         let ratio =
             (self.misfit(&mine[helped], helped) / self.misfit(&theirs[helped], helped)).sqrt();
-        let better = mine[helped]
-            .iter()
-            .zip(&theirs[helped])
+        let better = told(&mine[helped], &theirs[helped])
             .filter(|(mine, theirs)| mine < theirs)
             .count();
-        let folds = mine[helped].len();
+        let folds = told(&mine[helped], &theirs[helped]).count();
         let at_bound = self.stands_on_bound(with, candidate);
         let is_sampling = self.is_sampling(with, candidate);
         let is_negligible = self.is_negligible(with, candidate);
@@ -879,9 +877,7 @@ fn mean(values: &[f64]) -> f64 {
 /// Probability that the mean gain over the folds is above nought, by Student's
 /// t; for a declined effect also scaled down by how far it is from material.
 fn probability(with: &[f64], without: &[f64], accepted: bool, share: f64) -> f64 {
-    let gains: Vec<f64> = with
-        .iter()
-        .zip(without)
+    let gains: Vec<f64> = told(with, without)
         .map(|(with, without)| 0.5 * (without / with).ln())
         .collect();
     let (count, average) = (gains.len() as f64, mean(&gains));
@@ -907,8 +903,14 @@ fn probability(with: &[f64], without: &[f64], accepted: bool, share: f64) -> f64
 
 /// Each fold counts as one independent observation of the error's variance.
 fn log_gain(with: &[f64], without: &[f64]) -> f64 {
-    with.iter()
-        .zip(without)
+    told(with, without)
         .map(|(with, without)| 0.5 * (without / with).ln())
         .sum()
+}
+
+/// The folds that hold something of an output: a recording without a break-away says
+/// nothing of break-aways.
+fn told<'a>(with: &'a [f64], without: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + 'a {
+    let pairs = with.iter().copied().zip(without.iter().copied());
+    pairs.filter(|(with, without)| *with > 0.0 || *without > 0.0)
 }

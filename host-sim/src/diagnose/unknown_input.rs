@@ -27,7 +27,7 @@ use super::fitted::{Bench, Fitted};
 use super::locate::{self, Located};
 use crate::fit::Parameter;
 use crate::fit::law_problem::{Columns, FreeParameter, LawProblem, windows};
-use crate::laws::{Law, View};
+use crate::laws::{Law, View, median};
 use crate::rig::Rig;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -365,7 +365,7 @@ impl<'a> Windowed<'a> {
         let mut columns: Vec<Vec<f64>> = tracks.map(|track| vec![f64::NAN; track.len()]).collect();
         let known = explained.needed.iter().flatten();
         let deviations = known.map(|(_, deviation)| *deviation).collect();
-        let median = locate::median(deviations).unwrap_or(0.0);
+        let usual = median(deviations).unwrap_or(0.0);
         // A constant error is an ordinary parameter's, where there is one.
         let is_ordinary = |key: &str| bench.ordinary.iter().any(|free| free.key == key);
         let constant = if input.shifts.iter().any(|(key, _)| is_ordinary(key)) {
@@ -375,7 +375,7 @@ impl<'a> Windowed<'a> {
         };
         let told = |needed: &Option<(f64, f64)>| {
             let (value, deviation) = (*needed)?;
-            let is_told = deviation <= WORST_DEVIATION * median && value.abs() < input.most;
+            let is_told = deviation <= WORST_DEVIATION * usual && value.abs() < input.most;
             is_told.then_some(value - constant)
         };
         let usual = Usual::of(explained.needed.iter().filter_map(told).collect());
@@ -421,21 +421,21 @@ fn slopes(base: &[Window], moved: &[Window], size: f64) -> Vec<Vec<f64>> {
 /// Where values usually lie. In a few windows another input than the one that is off, or
 /// the valve's edge, asks for anything.
 struct Usual {
-    median: f64,
+    centre: f64,
     reach: f64,
 }
 
 impl Usual {
     /// The median, and four deviations (1.48 medians of the distance from it) about it.
     fn of(values: Vec<f64>) -> Self {
-        let median = locate::median(values.clone()).unwrap_or(0.0);
-        let apart = values.iter().map(|value| (value - median).abs()).collect();
-        let reach = 4.0 * 1.48 * locate::median(apart).unwrap_or(0.0);
-        Self { median, reach }
+        let centre = median(values.clone()).unwrap_or(0.0);
+        let apart = values.iter().map(|value| (value - centre).abs()).collect();
+        let reach = 4.0 * 1.48 * median(apart).unwrap_or(0.0);
+        Self { centre, reach }
     }
 
     fn kept_to(&self, value: f64) -> f64 {
-        value.clamp(self.median - self.reach, self.median + self.reach)
+        value.clamp(self.centre - self.reach, self.centre + self.reach)
     }
 }
 

@@ -1,8 +1,9 @@
 //! A free carriage driven by recorded pressures, predicting its position.
 
 use super::carriage_history::recall;
+use super::pressure_reading::PressureReading;
 use super::{InitialState, Output, Sink, Track, View};
-use crate::model::{Side, Values};
+use crate::model::Values;
 use crate::recording::Recording;
 use model_core::carriage::CarriageState;
 use model_core::friction::{Bristle, FrictionLevels};
@@ -49,20 +50,20 @@ pub(super) fn predict<R: Real>(
     initial: &[R],
     sink: &mut impl Sink<R>,
 ) {
-    let (Some(a), Some(b), Some(x)) = (track.signal("p_a"), track.signal("p_b"), track.signal("x"))
+    let (Some(pressures), Some(x)) = (PressureReading::new(values, track), track.signal("x"))
     else {
         return;
     };
+    if rows.is_empty() {
+        return;
+    }
     let carriage = values.carriage();
     let (declared, terms) = (values.friction_levels(), values.friction_terms());
     let ambient = carriage.ambient_pressure_pa;
     let drive = |p_a: R, p_b: R| carriage.drive_n(p_a, p_b) - terms.constant_force_n;
-    let offsets = Side::BOTH.map(|side| values.pressure_offset_pa(side));
-    // What the sensors show is their offset too high.
-    let true_pa = |[a, b]: [f64; 2]| (R::from_f64(a) - offsets[0], R::from_f64(b) - offsets[1]);
     let mut state = CarriageState::new(initial[0], initial[1]);
     let forces = |row: usize, velocity: R| {
-        let (p_a, p_b) = true_pa([a[row], b[row]]);
+        let [p_a, p_b] = pressures.at(row);
         let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
         let here = CarriageState::new(R::from_f64(x[row]), velocity);
         let levels = carriage.levels(&here, levels);
@@ -70,8 +71,7 @@ pub(super) fn predict<R: Real>(
         let held = carriage.unknown_force_n(here.position_m.value, velocity);
         [drive(p_a, p_b) - held, friction, levels.coulomb_n]
     };
-    let at_start = |p: &[f64]| p.get(rows.start).copied().unwrap_or(f64::NAN);
-    let (p_a, p_b) = true_pa([a, b].map(at_start));
+    let [p_a, p_b] = pressures.at(rows.start);
     recall(&carriage, track, rows.start, &forces, &mut state);
     let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
     let levels = carriage.levels(&state, levels);
@@ -79,17 +79,20 @@ pub(super) fn predict<R: Real>(
     let drive_n = drive(p_a, p_b) - held;
     state.deflection_m = start_deflection(&carriage.bristle, &levels, initial[1], drive_n);
     sink.row(rows.start, &[initial[0]], initial);
+    let mut before = [p_a, p_b];
     for row in rows.start..rows.end.saturating_sub(1) {
         let dt_s = track.dt_s(row);
         let steps = (dt_s / LONGEST_STEP_S - 1e-9).ceil().max(1.0);
         let step_s = R::from_f64(dt_s / steps);
+        let after = pressures.at(row + 1);
         for step in 0..steps as u32 {
             let share = (f64::from(step) + 0.5) / steps;
-            let between = |p: &[f64]| p[row] + share * (p[row + 1] - p[row]);
-            let (p_a, p_b) = true_pa([a, b].map(between));
+            let share = R::from_f64(share);
+            let [p_a, p_b] = [0, 1].map(|side| before[side] + share * (after[side] - before[side]));
             let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
             carriage.step(&mut state, &levels, drive(p_a, p_b), step_s);
         }
+        before = after;
         let position = state.position_m.value;
         sink.row(row + 1, &[position], &[position, state.velocity_m_per_s]);
     }

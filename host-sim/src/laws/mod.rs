@@ -8,11 +8,13 @@
 
 mod actuator;
 pub mod balance;
+mod breakaway;
 mod carriage;
 mod carriage_history;
 mod chambers;
 mod force;
 mod motion;
+mod pressure_reading;
 
 use crate::model::Values;
 use crate::recording::Recording;
@@ -21,7 +23,7 @@ use model_core::real::Real;
 use std::ops::Range;
 
 pub use motion::Motion;
-pub(crate) use motion::{median_step_s, white_noise};
+pub(crate) use motion::{median, median_step_s, white_noise};
 
 /// Which rows an initial state may be estimated from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -201,6 +203,20 @@ impl Law {
             Self::Actuator => actuator::predict(values, track, rows, initial, sink),
             Self::Balance => balance::predict(values, track, sink),
         }
+    }
+
+    /// A start for a number that the recordings show of themselves. From a static level far
+    /// above the true one the fit of a carriage ends in another minimum: a model that holds for
+    /// too long says little of by how much.
+    pub fn start_of(self, key: &str, rig: &Rig, tracks: &[Track<'_>]) -> Option<f64> {
+        if (self, key) != (Self::Balance, "friction.static_N") {
+            return None;
+        }
+        let forces = tracks
+            .iter()
+            .flat_map(|track| balance::break_away_forces_n(rig, track));
+        let level_n = median(forces.collect())?;
+        (level_n > rig.value("friction.coulomb_N")?).then_some(level_n)
     }
 
     /// Whether an output of this value was left out on purpose. In the other

@@ -135,12 +135,13 @@ fn spread(values: &[f64]) -> f64 {
 }
 
 pub(crate) fn median_step_s(time_s: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-    if steps.is_empty() {
-        return 1.0;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    let steps = time_s.windows(2).map(|w| w[1] - w[0]);
+    median(steps.collect()).unwrap_or(1.0)
+}
+
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 #[cfg(test)]
