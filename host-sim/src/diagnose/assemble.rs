@@ -628,10 +628,8 @@ fn next_experiment(kind: Kind, laws: &[LawDiagnosis]) -> Option<String> {
     match kind {
         Kind::Ambiguous => laws.iter().find_map(|law| {
             let &(accepted, rival) = law.rivals.first()?;
-            Some(words::separating(
-                law.candidates[accepted].effect,
-                law.candidates[rival].effect,
-            ))
+            let names = [accepted, rival].map(|index| law.candidates[index].effect);
+            Some(words::what_to_record(law.next_experiment.as_ref(), names))
         }),
         Kind::NotObservable => Some(
             "Record the signals that a law of this rig needs: x with p_a or p_b for the chambers, \

@@ -20,6 +20,7 @@ pub mod knowability;
 pub mod locate;
 pub mod materiality;
 mod misfit;
+pub mod next_experiment;
 pub mod noise;
 mod phrase;
 pub mod proof;
@@ -41,6 +42,7 @@ use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
 use locate::Located;
 use misfit::WORTH_A_SEARCH;
+use next_experiment::NextExperiment;
 use proof::{Frozen, Run};
 use rayon::prelude::*;
 use search::{Evidence, Outcome};
@@ -85,6 +87,8 @@ pub struct LawDiagnosis {
     pub evidence: Vec<Evidence>,
     /// An accepted effect and one that would do as well.
     pub rivals: Vec<(usize, usize)>,
+    /// The recording that would tell the first of these apart, as simulated.
+    pub next_experiment: Option<NextExperiment>,
     /// Where the refitted baseline fails.
     pub located: Vec<Located>,
     /// The input that would explain what the chambers' baseline misses.
@@ -279,6 +283,10 @@ fn diagnose_law(
         improved,
         term,
     } = found;
+    if !outcome.rivals.is_empty() {
+        progress(&format!("{title}: what to record to tell rivals apart"));
+    }
+    let next_experiment = next_experiment(&full, &improved, &outcome.rivals);
     let frozen = vec![
         Frozen::given(rig),
         Frozen::new(&full, &baseline),
@@ -309,6 +317,7 @@ fn diagnose_law(
         improved,
         evidence: outcome.evidence,
         rivals: outcome.rivals,
+        next_experiment,
         screened,
         fits: outcome.fits,
         seconds: bench.seconds() + full.seconds(),
@@ -318,6 +327,22 @@ fn diagnose_law(
         diagnosis.input = unknown_input::find(&full, &diagnosis.baseline);
     }
     Some(diagnosis)
+}
+
+/// The experiment that would tell an accepted effect from the one that does as well.
+fn next_experiment(
+    bench: &Bench<'_>,
+    improved: &Fitted,
+    rivals: &[(usize, usize)],
+) -> Option<NextExperiment> {
+    let &(accepted, rival) = rivals.first()?;
+    let mut without = improved.set.clone();
+    without.retain(|&candidate| candidate != accepted);
+    let mut swapped = without.clone();
+    swapped.push(rival);
+    swapped.sort_unstable();
+    let other = bench.fit(&swapped, Some(&bench.restricted(improved, &without)))?;
+    next_experiment::find(bench, [improved, &other])
 }
 
 /// The misfits above their noise, each with its part of the energy above the noise,

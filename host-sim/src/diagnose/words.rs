@@ -5,6 +5,33 @@ mod experiments;
 pub use experiments::separating;
 
 use super::candidates::Candidate;
+use super::next_experiment::NextExperiment;
+
+/// An experiment that tells fewer of its simulated repetitions than this is no advice.
+const WORTH_RECORDING: f64 = 0.5;
+
+/// What to record to tell two effects apart, and how well it does so in simulation.
+pub fn what_to_record(simulated: Option<&NextExperiment>, [one, other]: [&str; 2]) -> String {
+    let Some(simulated) = simulated else {
+        return separating(one, other);
+    };
+    let NextExperiment {
+        told,
+        repetitions,
+        text,
+        times,
+    } = simulated;
+    if simulated.power() < WORTH_RECORDING {
+        return format!(
+            "{} (Not simulated; of the experiments that were, the best tells the two apart in {told} of {repetitions} repetitions.)",
+            separating(one, other)
+        );
+    }
+    let [if_one, if_other] = times.map(digits);
+    format!(
+        "{text}. Simulated with both models it tells them apart in {told} of {repetitions} repetitions: if it is {one}, {other} leaves {if_one} times the misfit; if it is {other}, {one} leaves {if_other} times."
+    )
+}
 
 /// A size as people say it: value, standard deviation, unit.
 #[derive(Clone, Debug, PartialEq)]
