@@ -3,6 +3,7 @@
 use super::candidates::Candidate;
 use super::fitted::Fitted;
 use super::proof::Run;
+use super::search::Evidence;
 use super::verdict::{
     Effect, Estimate, Figures, Fit, FitFigures, Kind, Located, Parameter, Ranked, UnknownTerm,
     Verdict,
@@ -11,6 +12,7 @@ use super::words::{self, Size};
 use super::{LawDiagnosis, Model, knowability, unknown_force};
 use crate::fit::Presence;
 use crate::inspect::Fault;
+use crate::laws::Output;
 use crate::recording::Recording;
 use crate::rig::Rig;
 use std::collections::BTreeMap;
@@ -21,9 +23,6 @@ use std::collections::BTreeMap;
 /// place of effects of no list up to 55 %; chosen between.
 const EXPLAINED: f64 = 0.65;
 
-/// Held-out error over the refitted baseline's from which named effects are
-/// refuted: 2 % is within what estimating the initial states moves.
-const REFUTED: f64 = 1.02;
 /// Held-out error over the noise floor from which a reader is told.
 const UNEXPLAINED: f64 = 2.0;
 
@@ -55,22 +54,16 @@ pub fn verdict(
     let alternatives = alternatives(laws);
     let unknown_term = unknown_term(laws);
     let fit = fit(rig, laws, train, held_out);
-    let held_out = held_out_signals(rig, laws, &fit);
-    let refuted = (held_out.iter()).any(|signal| !signal.is_of_table && signal.is_refuted());
+    let refuted = laws.iter().any(is_refuted);
     // What is named in one law stays named, whatever else is missing in another.
-    let unsolved = refuted || (unknown_term.is_some() && !laws.iter().any(is_solved));
+    let unsolved = (refuted || unknown_term.is_some()) && !laws.iter().any(is_solved);
     let kind = kind(laws, faults, &alternatives, unsolved);
     let located = located(laws, train);
-    let mut sentence = if refuted {
-        refuted_sentence(laws, &alternatives)
-    } else {
-        let missing = unknown_term.as_ref();
-        sentence(kind, laws, faults, missing, &alternatives)
-    };
+    let mut sentence = sentence(kind, laws, faults, unknown_term.as_ref(), &alternatives);
     if let (Kind::Named | Kind::Ambiguous, Some(term)) = (kind, &unknown_term) {
         sentence = format!("{sentence} {}", beside_sentence(term));
     }
-    let notes = notes(laws, &held_out, train);
+    let notes = notes(rig, laws, &fit, train);
     Verdict {
         format: "verdict/1",
         verdict: kind,
@@ -338,10 +331,16 @@ pub(super) fn is_unexplained(law: &LawDiagnosis) -> bool {
     law.missed && !is_enough(law.explained) && !law.evidence.is_empty()
 }
 
+/// Held-out recordings spoke against effects with a name that explained what is missed.
+fn is_refuted(law: &LawDiagnosis) -> bool {
+    law.missed && law.evidence.iter().any(|evidence| evidence.is_refuted)
+}
+
 /// A law whose misfit is material and unexplained: the missing term as a table
 /// over the variable that explains most of it.
 fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
-    let law = laws.iter().find(|law| is_unexplained(law))?;
+    let is_open = |law: &&LawDiagnosis| is_unexplained(law) || law.is_surprised;
+    let law = laws.iter().find(is_open)?;
     // An input that explains both chambers says more than either chamber.
     let located = law.input.as_ref().or(law.located.first())?;
     let variable = located.variables.first()?;
@@ -508,73 +507,37 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
     all
 }
 
-/// What held-out data say of one signal of a law with named effects.
-struct HeldOut {
-    signal: &'static str,
-    /// Whether a table is what was added last, and not an effect.
-    is_of_table: bool,
-    refitted: f64,
-    improved: f64,
-    noise: f64,
-    /// Error over the horizon, improved over refitted.
-    over_horizon: f64,
-}
-
-impl HeldOut {
-    /// Predicted worse with what was added than without. A free run of a carriage that
-    /// sticks is a matter of chance: it does not refute by itself what the horizon bears out.
-    fn is_refuted(&self) -> bool {
-        let is_worse_in_free_run = self.improved > REFUTED * self.refitted;
-        self.over_horizon > REFUTED || (is_worse_in_free_run && self.over_horizon >= 1.0)
-    }
-
-    fn note(&self) -> Option<String> {
-        let signal = self.signal;
-        if self.is_refuted() {
-            let what = if self.is_of_table {
-                "the tabled force"
-            } else {
-                "the named effects"
-            };
-            Some(format!(
-                "refuted on held-out data: {signal} is predicted worse with {what} than without; do not use the improved rig"
-            ))
-        } else if self.improved > UNEXPLAINED * self.noise {
-            let times = self.improved / self.noise;
-            Some(format!(
-                "{signal}: {times:.0} times the noise floor is still unexplained on held-out data"
-            ))
-        } else {
-            None
-        }
-    }
-}
-
-fn held_out_signals(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<HeldOut> {
+/// What held-out data leave open of the signals of laws in which something is named.
+fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String> {
     let of = |figures: &FitFigures, signal| figures.free_run_held_out.get(signal).copied();
-    laws.iter()
+    let outputs = laws
+        .iter()
         .filter(|law| !law.improved.set.is_empty())
-        .flat_map(|law| {
-            let outputs = law.law.outputs(rig).into_iter();
-            outputs.map(|output| (output, law.term.is_some()))
+        .flat_map(|law| law.law.outputs(rig));
+    let note = |output: Output| {
+        let signal = output.signal;
+        let times = of(&fit.improved, signal)? / of(&fit.noise_floor, signal)?;
+        (times > UNEXPLAINED).then(|| {
+            format!(
+                "{signal}: {times:.0} times the noise floor is still unexplained on held-out data"
+            )
         })
-        .filter_map(|(output, is_of_table)| {
-            let horizon = |figures: &FitFigures| figures.held_out.get(output.signal).copied();
-            Some(HeldOut {
-                signal: output.signal,
-                is_of_table,
-                refitted: of(&fit.refitted, output.signal)?,
-                improved: of(&fit.improved, output.signal)?,
-                noise: of(&fit.noise_floor, output.signal)?,
-                over_horizon: horizon(&fit.improved)? / horizon(&fit.refitted)?,
-            })
-        })
-        .collect()
+    };
+    outputs.filter_map(note).collect()
 }
 
-fn notes(laws: &[LawDiagnosis], held_out: &[HeldOut], train: &[Recording]) -> Vec<String> {
+fn refuted_note(law: &LawDiagnosis) -> Option<String> {
+    let what = law.refuted.as_ref()?;
+    Some(format!(
+        "refuted on held-out data: the {} are predicted worse with {what} than without; the improved rig does not hold it",
+        law.law.title()
+    ))
+}
+
+fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit, train: &[Recording]) -> Vec<String> {
     let mut notes: Vec<String> = laws.iter().flat_map(|law| law.screened.clone()).collect();
-    notes.extend(held_out.iter().filter_map(HeldOut::note));
+    notes.extend(laws.iter().filter_map(refuted_note));
+    notes.extend(unexplained_notes(rig, laws, fit));
     for law in laws {
         for (place, &index) in law.improved.set.iter().enumerate() {
             let candidate = &law.candidates[index];
@@ -667,16 +630,9 @@ fn sentence(
             "These signals drive no law of this rig: nothing can be said of its physics.".into()
         }
         Kind::NothingMissing => nothing_missing(laws),
-        Kind::Unknown => unknown_sentence(missing),
+        Kind::Unknown => unknown_sentence(laws, missing),
         Kind::Named | Kind::Ambiguous => named_sentence(laws, alternatives),
     }
-}
-
-fn refuted_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String {
-    format!(
-        "The held-out data refute what the training data suggest: {}",
-        named_sentence(laws, alternatives)
-    )
 }
 
 fn beside_sentence(term: &UnknownTerm) -> String {
@@ -695,30 +651,56 @@ fn nothing_missing(laws: &[LawDiagnosis]) -> String {
     }
 }
 
-fn unknown_sentence(missing: Option<&UnknownTerm>) -> String {
+fn unknown_sentence(laws: &[LawDiagnosis], missing: Option<&UnknownTerm>) -> String {
     let (place, when) = missing.map_or(("the model", ""), |term| {
         (term.place.as_str(), term.expression.as_str())
     });
+    let refuted = laws.iter().filter(|law| is_refuted(law));
+    if let Some(what) = refuted.filter_map(|law| law.refuted.as_ref()).next() {
+        return format!(
+            "Something is missing, and the held-out data refute what the training data suggest: {what}."
+        );
+    }
+    if laws.iter().any(|law| law.is_surprised) {
+        return format!(
+            "The training recordings are explained to the noise, the held-out ones are not: something acts at {place} that the training recordings do not show (the misfit {when}); train on these too."
+        );
+    }
     format!(
         "Something is missing at {place} that no effect of the list explains: the misfit {when}."
     )
 }
 
-fn named_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String {
-    let mut named = Vec::new();
-    for law in laws {
-        let accepted = law.evidence.iter().filter(|evidence| evidence.accepted);
-        for evidence in accepted {
-            let candidate = &law.candidates[evidence.candidate];
-            let now_and_then = if presence(law, evidence.candidate).is_some() {
-                ", for a part of the time"
-            } else {
-                ""
-            };
-            let name = words::named(candidate, &sizes(law, candidate));
-            named.push(format!("{name}{now_and_then}"));
-        }
+/// The named effects of a law, or its table, in words.
+pub fn what_was_put_in(law: &LawDiagnosis) -> String {
+    if let Some(term) = &law.term {
+        let (variable, _) = unknown_force::name(term.variable);
+        return format!("a force over the {variable}, as tabled");
     }
+    let named = named(law);
+    if named.is_empty() {
+        return "effects too small to name".into();
+    }
+    words::list(&named)
+}
+
+fn named(law: &LawDiagnosis) -> Vec<String> {
+    let accepted = law.evidence.iter().filter(|evidence| evidence.accepted);
+    let name = |evidence: &Evidence| {
+        let candidate = &law.candidates[evidence.candidate];
+        let now_and_then = if presence(law, evidence.candidate).is_some() {
+            ", for a part of the time"
+        } else {
+            ""
+        };
+        let name = words::named(candidate, &sizes(law, candidate));
+        format!("{name}{now_and_then}")
+    };
+    accepted.map(name).collect()
+}
+
+fn named_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String {
+    let named: Vec<String> = laws.iter().flat_map(named).collect();
     let rivals: Vec<String> = alternatives
         .iter()
         .map(|pair| pair.join(" from "))

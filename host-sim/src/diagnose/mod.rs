@@ -35,7 +35,9 @@ mod assemble;
 mod drawn;
 
 use crate::inspect::{self, Fault};
-use crate::laws::{Law, Track};
+use crate::laws::{Law, Output, Track};
+use crate::model::Side;
+use crate::plant;
 use crate::recording::Recording;
 use crate::rig::Rig;
 use candidates::{Candidate, candidates};
@@ -46,6 +48,7 @@ use next_experiment::NextExperiment;
 use proof::{Frozen, Run};
 use rayon::prelude::*;
 use search::{Evidence, Outcome};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use verdict::Verdict;
 
@@ -97,6 +100,10 @@ pub struct LawDiagnosis {
     pub missed: bool,
     /// Part of what the baseline misses that the named effects explain.
     pub explained: f64,
+    /// What was put into the model and held-out recordings spoke against, in words.
+    pub refuted: Option<String>,
+    /// Whether only held-out recordings show that something is missing.
+    pub is_surprised: bool,
     /// A table in the place of a force that no effect explains.
     pub term: Option<unknown_force::Term>,
     /// How much of each accepted effect a refit hides.
@@ -129,6 +136,39 @@ pub struct Diagnosis {
     pub held_out: Vec<Recording>,
 }
 
+impl LawDiagnosis {
+    /// What the improved model leaves of held-out recordings: predicted less recorded, by
+    /// output, recording and row.
+    fn left_of_held_out(&self, tracks: &[Track<'_>], rig: &Rig) -> Vec<Vec<Vec<f64>>> {
+        let runs = &self.held_out[Model::Improved as usize];
+        let of_output = |(number, output): (usize, &Output)| {
+            let of_track = |(run, track): (&Option<Run>, &Track<'_>)| {
+                let predicted = run.as_ref().map_or(&[][..], |run| &run.predicted[number]);
+                let recorded = track.recorded(output).iter();
+                predicted.iter().zip(recorded).map(|(p, r)| p - r).collect()
+            };
+            runs.iter().zip(tracks).map(of_track).collect()
+        };
+        let outputs = self.law.outputs(rig);
+        outputs.iter().enumerate().map(of_output).collect()
+    }
+
+    /// Held-out recordings refute what was put into the law: the refitted model stands.
+    fn take_back(&mut self) {
+        self.refuted = Some(assemble::what_was_put_in(self));
+        self.evidence.iter_mut().for_each(Evidence::refute);
+        self.improved = self.baseline.clone();
+        self.rivals.clear();
+        self.next_experiment = None;
+        self.term = None;
+        self.explained = 0.0;
+        let (refitted, improved) = (Model::Refitted as usize, Model::Improved as usize);
+        self.frozen[improved] = self.frozen[refitted].clone();
+        self.train[improved] = self.train[refitted].clone();
+        self.held_out[improved] = self.held_out[refitted].clone();
+    }
+}
+
 /// Diagnoses a rig by its recordings. `read_held_out` is called once every
 /// parameter is frozen.
 pub fn diagnose<E>(
@@ -146,11 +186,14 @@ pub fn diagnose<E>(
     };
     let mut laws = Vec::new();
     if faults.is_empty() {
-        let mut known = rig.clone();
+        let (mut known, mut shown) = (rig.clone(), Cow::from(&train));
         for law in Law::of(rig, &recorded) {
-            let diagnosis = diagnose_law(law, &known, &train, progress);
+            let diagnosis = diagnose_law(law, &known, &shown, progress);
             if let Some(law) = &diagnosis {
                 known = with_sensors(known, law);
+                if let Some(corrected) = without_passing_offsets(&shown, law) {
+                    shown = Cow::from(corrected);
+                }
             }
             laws.extend(diagnosis);
         }
@@ -160,6 +203,15 @@ pub fn diagnose<E>(
     let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     for law in &mut laws {
         law.held_out = runs(law.law, rig, &tracks, &law.frozen);
+        if proof::refutes(law, &held_out) {
+            law.take_back();
+        }
+        if proof::surprises(law, &held_out) {
+            law.is_surprised = true;
+            let misfits =
+                locate::locate(law.law, rig, &tracks, &law.left_of_held_out(&tracks, rig));
+            law.located = above_noise(misfits, &law.floor);
+        }
     }
     let improved_rig = assemble::improved_rig(rig, &laws);
     let verdict = assemble::verdict(rig, &laws, &faults, &train, &held_out);
@@ -175,6 +227,9 @@ pub fn diagnose<E>(
 /// The rig with what a law has shown of the sensors: the laws that use them
 /// after it must not take that for physics of their own.
 fn with_sensors(rig: Rig, law: &LawDiagnosis) -> Rig {
+    if law.improved.presence.is_some() {
+        return rig;
+    }
     let of_sensor = |index: &usize| {
         let places = &law.candidates[*index].places;
         places.iter().all(|place| place.starts_with("sensor."))
@@ -190,6 +245,35 @@ fn with_sensors(rig: Rig, law: &LawDiagnosis) -> Rig {
     let mut shared = law.improved.shared_values();
     shared.retain(|key, _| keys.contains(&key.as_str()));
     rig.with_values(&shared)
+}
+
+/// The recordings without what a law has shown pressure sensors to be off by for a part of
+/// the time: no number of a rig holds that. None where it has shown no such thing.
+fn without_passing_offsets(recordings: &[Recording], law: &LawDiagnosis) -> Option<Vec<Recording>> {
+    let presence = law.improved.presence.as_ref()?;
+    let rig = law.frozen[Model::Improved as usize].rig.clone();
+    let values = plant::values(&rig);
+    let offsets_pa =
+        Side::BOTH.map(|side| (side.pressure_signal(), values.pressure_offset_pa(side)));
+    if offsets_pa
+        .iter()
+        .all(|(_, offset_pa)| offset_pa.abs() <= 0.0)
+    {
+        return None;
+    }
+    let corrected = |(number, recording): (usize, &Recording)| {
+        let mut corrected = recording.clone();
+        let there = presence.rows(number, &recording.time_s);
+        for (signal, offset_pa) in offsets_pa {
+            let column = corrected.signals.get_mut(signal);
+            let rows = column.and_then(|column| column.get_mut(there.clone()));
+            rows.into_iter()
+                .flatten()
+                .for_each(|pressure_pa| *pressure_pa -= offset_pa);
+        }
+        corrected
+    };
+    Some(recordings.iter().enumerate().map(corrected).collect())
 }
 
 /// Faults of the recordings, with the name of the recording.
@@ -305,6 +389,8 @@ fn diagnose_law(
         input: None,
         missed,
         explained,
+        refuted: None,
+        is_surprised: false,
         term,
         masked,
         train: runs(law, rig, &tracks, &frozen),

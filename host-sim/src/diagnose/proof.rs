@@ -8,10 +8,12 @@
 use super::candidates::Candidate;
 use super::fitted::{Bench, Columns, Fitted};
 use super::noise;
+use super::{LawDiagnosis, Model};
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
 use crate::fit::presence::{Presence, refined};
 use crate::fit::{NoiseVariance, Options, solve};
 use crate::laws::{Law, Track, View};
+use crate::recording::Recording;
 use crate::rig::Rig;
 
 /// Onsets that are tried in a recording, evenly over it.
@@ -204,7 +206,8 @@ impl Frozen {
         let track = &problem.tracks[0];
         let mut sums = vec![(0.0, 0_usize); recorded.len()];
         for rows in windows(&track.recording.time_s, self.rig.horizon_s()) {
-            let start = problem.window_start(0, rows.start, states, View::UpToNow);
+            let own = (keys, &own[..keys.len()]);
+            let start = problem.window_start((0, rows.start), own, states, View::UpToNow);
             let first = rows.start;
             let mut add = |row: usize, outputs: &[f64], _: &[f64]| {
                 for ((sum, output), column) in sums.iter_mut().zip(outputs).zip(recorded) {
@@ -214,12 +217,78 @@ impl Frozen {
                     }
                 }
             };
-            problem.predict_rows((0, rows), (keys, &own[..keys.len()]), &start, &mut add);
+            problem.predict_rows((0, rows), own, &start, &mut add);
         }
         sums.iter()
             .map(|(sum, count)| sum / (*count).max(1) as f64)
             .collect()
     }
+}
+
+/// Held-out error over the refitted baseline's from which what was put into a law is refuted:
+/// 2 % is within what estimating the initial states moves.
+const REFUTED: f64 = 1.02;
+
+/// Whether held-out recordings are predicted worse with what was put into a law than without:
+/// by all of its signals together, each in units of its noise and at least that. A free run of
+/// a carriage that sticks is a matter of chance: it does not refute by itself what the horizon
+/// bears out.
+pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
+    if law.improved.set.is_empty() {
+        return false;
+    }
+    let total = |model, squares| Some(energies(law, model, squares, held_out)?.iter().sum::<f64>());
+    let ratio = |squares: Squares| {
+        let energy = total(Model::Improved, squares)? / total(Model::Refitted, squares)?;
+        Some(energy.sqrt())
+    };
+    let horizon = ratio(|run| &run.horizon);
+    let free_run = ratio(|run| &run.free_run);
+    match (horizon, free_run) {
+        (Some(horizon), Some(free_run)) => {
+            horizon > REFUTED || (free_run > REFUTED && horizon >= 1.0)
+        }
+        // A model that cannot be run is none; recordings that were not given refute nothing.
+        _ => !held_out.is_empty(),
+    }
+}
+
+/// Error of a free run over held-out recordings, over the noise, from which they show what the
+/// training recordings do not.
+const SURPRISING: f64 = 2.0;
+
+/// Whether held-out recordings show that something is missing where the training recordings
+/// are explained: what they alone excite. Not asked of a law whose shown signal hangs on
+/// chance (a carriage that sticks).
+pub(super) fn surprises(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
+    if law.missed || law.law.searched_by() != law.law {
+        return false;
+    }
+    let energies = energies(law, Model::Improved, |run| &run.free_run, held_out);
+    energies.is_some_and(|energies| energies.iter().any(|energy| *energy > SURPRISING.powi(2)))
+}
+
+/// Mean squares of a run, by output.
+type Squares = fn(&Run) -> &Vec<f64>;
+
+/// What a model leaves of each output of the held-out recordings: mean squares in units of the
+/// noise, and at least that.
+fn energies(
+    law: &LawDiagnosis,
+    model: Model,
+    squares: Squares,
+    held_out: &[Recording],
+) -> Option<Vec<f64>> {
+    let runs = law.held_out.get(model as usize)?;
+    let rows: usize = held_out.iter().map(Recording::len).sum();
+    let of_output = |(output, floor): (usize, &f64)| {
+        let mut sum = 0.0;
+        for (run, recording) in runs.iter().zip(held_out) {
+            sum += recording.len() as f64 * squares(run.as_ref()?)[output];
+        }
+        Some((sum / rows.max(1) as f64 / floor.powi(2)).max(1.0))
+    };
+    law.floor.iter().enumerate().map(of_output).collect()
 }
 
 fn has_own(candidate: &Candidate) -> bool {

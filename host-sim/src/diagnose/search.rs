@@ -98,6 +98,8 @@ pub struct Evidence {
     pub is_negligible: bool,
     /// Whether it would do as well as one that is.
     pub is_alternative: bool,
+    /// Whether held-out recordings speak against it.
+    pub is_refuted: bool,
 }
 
 impl Evidence {
@@ -116,6 +118,7 @@ impl Evidence {
             is_sampling: false,
             is_negligible: false,
             is_alternative: false,
+            is_refuted: false,
         }
     }
 
@@ -123,6 +126,15 @@ impl Evidence {
     fn decline(&mut self) {
         self.accepted = false;
         self.probability = self.probability.min(1.0 - self.probability).max(0.01);
+    }
+
+    /// Held-out recordings are predicted worse with what was accepted.
+    pub(super) fn refute(&mut self) {
+        self.is_refuted = self.accepted;
+        if self.accepted || self.is_alternative {
+            self.decline();
+        }
+        self.is_alternative = false;
     }
 
     /// Whether it stays in the model without a name: plain, but nothing that matters.
@@ -134,6 +146,9 @@ impl Evidence {
     pub fn reason(&self) -> Option<String> {
         if self.accepted {
             return None;
+        }
+        if self.is_refuted {
+            return Some("held-out recordings are predicted worse with it".into());
         }
         if self.is_alternative {
             return Some("these recordings cannot tell it from one that is named".into());
@@ -591,7 +606,7 @@ impl<'a> Judge<'a> {
     fn intermittent(&mut self, improved: &Fitted) -> Option<Intermittent> {
         let score = |fitted: &Fitted| self.score(fitted);
         let followed = intermittent::search(self.bench, self.baseline, &score);
-        let model = followed.first()?.clone();
+        let model = self.simplest(&followed)?.clone();
         let candidate = *model.set.first()?;
         if self.ratio(&model, improved) > PLAIN_RATIO_AMONG_MANY {
             return None;
@@ -604,10 +619,10 @@ impl<'a> Judge<'a> {
             .map(|&candidate| self.evidence(&model, &baseline, candidate))
             .collect();
         let effect = |fitted: &Fitted| self.bench.candidates[fitted.set[0]].effect;
-        let others: Vec<&Fitted> = followed[1..]
+        let others = followed
             .iter()
-            .filter(|other| effect(other) != effect(&model))
-            .collect();
+            .filter(|other| effect(other) != effect(&model));
+        let others: Vec<&Fitted> = others.collect();
         let mut rivals = Vec::new();
         for other in others {
             if self.ratio(&model, other) > PLAIN_RATIO {
@@ -620,6 +635,17 @@ impl<'a> Judge<'a> {
             evidence,
             rivals,
         })
+    }
+
+    /// Of models that explain nearly as much as the best, which is the first, the one with the
+    /// fewest parameters: in a short span a wave along the stroke can be bent to anything.
+    fn simplest<'m>(&mut self, models: &'m [Fitted]) -> Option<&'m Fitted> {
+        let best = models.first()?;
+        let as_good = |model: &&Fitted| self.ratio(best, model) > PLAIN_RATIO;
+        models
+            .iter()
+            .filter(as_good)
+            .min_by_key(|model| model.shared)
     }
 
     /// Two forms of one effect at one place are rivals, not partners.
@@ -774,6 +800,7 @@ impl<'a> Judge<'a> {
             is_sampling: is_plain && is_sampling,
             is_negligible: is_plain && is_negligible,
             is_alternative: false,
+            is_refuted: false,
         }
     }
 

@@ -324,7 +324,12 @@ impl<'a> Windowed<'a> {
                 let first = rows.start;
                 Start {
                     rows,
-                    states: problem.window_start(recording, first, states, View::Centred),
+                    states: problem.window_start(
+                        (recording, first),
+                        (&[], &[]),
+                        states,
+                        View::Centred,
+                    ),
                 }
             };
             windows(time_s, WINDOW_S).into_iter().map(start).collect()

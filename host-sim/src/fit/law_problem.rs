@@ -369,13 +369,13 @@ impl LawProblem<'_> {
             let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
             let track = &self.tracks[recording];
             for rows in windows(&track.recording.time_s, window_s) {
-                let start = self.window_start(recording, rows.start, &states, View::Centred);
                 let mut store = |row: usize, outputs: &[f64], _: &[f64]| {
                     for (column, &value) in predicted.iter_mut().zip(outputs) {
                         column[row] = value;
                     }
                 };
                 let own = (keys.as_slice(), &active[..keys.len()]);
+                let start = self.window_start((recording, rows.start), own, &states, View::Centred);
                 self.predict_rows((recording, rows), own, &start, &mut store);
             }
             predicted
@@ -384,16 +384,18 @@ impl LawProblem<'_> {
     }
 
     /// The states in which a window begins: what was measured of them by the
-    /// recording, the others from the free run's `states`.
+    /// recording, the others from the free run's `states`. What a sensor is off by is taken
+    /// as the model has it there.
     pub fn window_start(
         &self,
-        recording: usize,
-        row: usize,
+        (recording, row): (usize, usize),
+        (keys, values): (&[String], &[f64]),
         states: &Columns,
         view: View,
     ) -> Vec<f64> {
+        let rig = self.rig_at(recording, row, keys, values);
         let recording = self.tracks[recording].recording;
-        let initial = self.law.initial_states(self.rig, recording, row, view);
+        let initial = self.law.initial_states(&rig, recording, row, view);
         let now = |index: usize| states.get(index).map(|column| column[row]);
         let start = |(index, state): (usize, &InitialState)| match state.measured_by {
             Some(_) => {
@@ -403,6 +405,19 @@ impl LawProblem<'_> {
             None => now(index).unwrap_or(state.guess),
         };
         initial.iter().enumerate().map(start).collect()
+    }
+
+    /// The rig that holds at a row.
+    fn rig_at(&self, recording: usize, row: usize, keys: &[String], values: &[f64]) -> Rig {
+        let pairs = keys.iter().cloned().zip(values.iter().copied());
+        let rig = self.rig.with_values(&pairs.collect());
+        let time_s = &self.tracks[recording].recording.time_s;
+        match self.presence {
+            Some(presence) if !presence.rows(recording, time_s).contains(&row) => {
+                presence.rig_without(&rig)
+            }
+            _ => rig,
+        }
     }
 
     fn predict_one(&self, recording: usize, values: &[f64]) -> (Columns, Columns) {

@@ -120,11 +120,7 @@ fn or_infinite<R: Real>(residual: R) -> R {
 /// The gas force at each break-away of a recording, in its direction, N: about the static
 /// level, whatever a rig file says of that.
 pub(super) fn break_away_forces_n(rig: &Rig, track: &Track<'_>) -> Vec<f64> {
-    let values: Values<'_, f64> = Values {
-        rig,
-        keys: &[],
-        replaced: &[],
-    };
+    let values = crate::plant::values(rig);
     let (Some(position), Some(pressures)) =
         (track.signal("x"), PressureReading::new(&values, track))
     else {
