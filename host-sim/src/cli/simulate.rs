@@ -1,13 +1,12 @@
 //! `pneuma simulate`: a scenario to a recording.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::CommandError;
-use crate::recording::Table;
+use super::inputs::{write_page, write_with};
 use crate::report::{Provenance, number};
 use crate::scenario::Scenario;
 use crate::simulate::{Simulation, page, recorded, simulate};
@@ -35,26 +34,14 @@ pub fn run(arguments: &SimulateArguments, out: &mut dyn Write) -> Result<(), Com
     let scenario = Scenario::read(&arguments.scenario).map_err(|error| bad_input(&error))?;
     let simulation = simulate(&scenario).map_err(|error| bad_input(&error))?;
     let table = recorded(&scenario, &simulation).map_err(|error| bad_input(&error))?;
-    write_table(&table, &arguments.out).map_err(|error| cannot_write(&arguments.out, &error))?;
+    write_with(&arguments.out, |out| table.write(out))?;
     if let Some(path) = &arguments.report {
         let mut page = page(&scenario, &simulation);
         page.provenance(provenance(arguments, &scenario));
-        page.write(path)
-            .map_err(|error| cannot_write(path, &error))?;
+        write_page(path, &page)?;
     }
     summarise(arguments, &simulation, out)?;
     Ok(())
-}
-
-fn write_table(table: &Table, path: &Path) -> std::io::Result<()> {
-    let mut file = BufWriter::new(File::create(path)?);
-    table.write(&mut file)?;
-    file.flush()
-}
-
-fn cannot_write(path: &Path, error: &std::io::Error) -> CommandError {
-    let path = file_name(&path.display().to_string());
-    CommandError::BadInput(format!("{path}: cannot be written: {error}"))
 }
 
 fn summarise(
