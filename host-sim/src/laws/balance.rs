@@ -146,12 +146,14 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     };
     let carriage = values.carriage();
     let (load, mass_kg) = carriage.load();
+    // Where a load is in its play nobody knows when the carriage leaves: it is taken as rigid.
+    let is_loose = load.is_some_and(|load| load.gap_m > R::ZERO);
     let (declared, terms) = (values.friction_levels(), values.friction_terms());
     let bristle = values.bristle();
     let ambient = carriage.ambient_pressure_pa;
     let time = &track.recording.time_s;
     let bump = Bump::new(super::motion::median_step_s(time));
-    let mut gas: Vec<R> = Vec::with_capacity(track.len());
+    let mut driving: Vec<R> = Vec::with_capacity(track.len());
     let mut force: Vec<R> = Vec::with_capacity(track.len());
     let ends = values.stroke_ends_m();
     let is_free = |position: f64| {
@@ -167,7 +169,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     let mut state = CarriageState::new(R::from_f64(motion.position_m[0]), velocity(0));
     for row in 0..track.len() {
         let [p_a, p_b] = pressures.at(row);
-        gas.push(carriage.drive_n(p_a, p_b) - terms.constant_force_n);
+        let gas_n = carriage.drive_n(p_a, p_b) - terms.constant_force_n;
         let before = row.saturating_sub(1);
         let dt_s = (time[row] - time[before]).max(1e-9);
         let way = motion.position_m[row] - motion.position_m[before];
@@ -197,18 +199,21 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         state.deflection_m = deflection;
         let viscous = levels.viscous_n_s_per_m * velocity(row);
         let outer = outer_n(&carriage, &state);
-        force.push(gas[row] - friction - viscous - load_n - outer);
+        let held_n = if is_loose { R::ZERO } else { load_n };
+        driving.push(gas_n - held_n - outer);
+        force.push(gas_n - load_n - outer - friction - viscous);
     }
     for (event, levels) in breaks {
         let stand = Stand {
             carriage: &carriage,
+            mass_kg: if is_loose { carriage.mass_kg } else { mass_kg },
             levels,
             air_spring_n_per_m: air_spring_n_per_m(values, &pressures, position, event.row),
         };
         let recorded = Recorded {
             time_s: time,
             position_m: position,
-            gas_n: &gas,
+            driving_n: &driving,
         };
         if let Some(residual) = stand.residual(&event, &recorded) {
             let outputs = [skipped(), skipped(), or_infinite(residual)];

@@ -185,8 +185,9 @@ fn instant_of_way<R: Real>(way_m: &[R]) -> Option<R> {
 pub(super) struct Recorded<'a, R> {
     pub time_s: &'a [f64],
     pub position_m: &'a [f64],
-    /// Force of the gas less all that is no friction, N.
-    pub gas_n: &'a [R],
+    /// Force of the gas less that of a load behind its spring and all else that is no
+    /// friction, N.
+    pub driving_n: &'a [R],
 }
 
 /// The force on a carriage had it not moved, in the direction in which it left.
@@ -216,8 +217,8 @@ impl<R: Real> Push<R> {
             let rows = row - FORCE_REACH..row + FORCE_REACH + 1;
             let share = R::from_f64(event.direction / rows.len() as f64);
             let mut force = air_spring_n_per_m * R::from_f64(way(row).max(0.0));
-            for &gas_n in recorded.gas_n.get(rows)? {
-                force += share * gas_n;
+            for &driving_n in recorded.driving_n.get(rows)? {
+                force += share * driving_n;
             }
             Some(force)
         };
@@ -230,7 +231,14 @@ impl<R: Real> Push<R> {
         )?;
         let at = event.row.checked_sub(first)?;
         let before = at.checked_sub(2 * FORCE_REACH)?;
-        let rise_n = force_n.get(at)?.value() - force_n[before].value();
+        let level_n = force_n.get(at)?.value();
+        // A force that is taken away again before the first way is done has moved a carriage
+        // that crept: one that is held a little more firmly would not have left at all.
+        let is_taken_away = |force: &R| force.value() < level_n - BREAKAWAY_NOISE_N;
+        if force_n[at..].iter().any(is_taken_away) {
+            return None;
+        }
+        let rise_n = level_n - force_n[before].value();
         Some(Self {
             left_s: left_s - time_s[first],
             rate_n_per_s: rise_n / (time_s[event.row] - time_s[first + before]),
@@ -261,6 +269,8 @@ impl<R: Real> Push<R> {
 /// The model of a carriage that stands.
 pub(super) struct Stand<'a, R> {
     pub carriage: &'a Carriage<R>,
+    /// Without a load behind a spring.
+    pub mass_kg: R,
     /// Of a new seal.
     pub levels: FrictionLevels<R>,
     /// How stiffly the gas holds the piston.
@@ -303,7 +313,7 @@ impl<R: Real> Stand<'_, R> {
             let at_s = R::from_f64((step as f64 + 0.5) * STEP_S);
             let out = bristle.step_with_mass(
                 &dwell.levels(self.levels, age),
-                self.carriage.mass_kg,
+                self.mass_kg,
                 velocity,
                 deflection,
                 push.at(at_s) - self.air_spring_n_per_m * way,
@@ -350,6 +360,7 @@ mod tests {
         };
         let stand = Stand {
             carriage: &carriage,
+            mass_kg: carriage.mass_kg,
             levels: FrictionLevels {
                 static_n,
                 ..paper::friction_levels::<R>()
