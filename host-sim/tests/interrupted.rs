@@ -1,7 +1,6 @@
 //! A diagnosis that is interrupted leaves nothing half-written.
 
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
 use std::fs;
 use std::process::{Command, Stdio};
