@@ -13,7 +13,7 @@
 //! a newton from 40 ms of sliding.
 //!
 //! Where the carriage stands, the balance says nothing but that stiction holds;
-//! such windows are left out. What stiction is shows at break-away ([`breakaway`]), one
+//! such windows are left out. What stiction is shows at break-away (`breakaway`), one
 //! residual per event.
 
 pub use super::breakaway::KNOWN_TO_N;

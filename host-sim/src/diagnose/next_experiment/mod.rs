@@ -1,11 +1,11 @@
 //! What to record next: safe experiments simulated with two fits that the recordings at hand
 //! cannot tell apart.
 //!
-//! Each experiment of the [`bank`] is recorded in simulation from either model, with the noise
+//! Each experiment of the `bank` is recorded in simulation from either model, with the noise
 //! that the rig declares. Then both models are fitted to it, begun from where they stand, with
 //! what the present recordings say of every number as its prior. They are told apart where the
 //! other model leaves plainly more than the one it was recorded from: the same rule by which
-//! rivals are found ([`search::PLAIN_RATIO`]), with what either leaves of the recordings at hand
+//! rivals are found (`search::PLAIN_RATIO`), with what either leaves of the recordings at hand
 //! counted in, so that a model whose form is a little wrong does not promise too much.
 //!
 //! The experiment that tells best the less favourable way round is chosen, and repeated with
