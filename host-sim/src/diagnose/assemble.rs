@@ -2,7 +2,7 @@
 
 use super::candidates::Candidate;
 use super::fitted::Fitted;
-use super::proof::Run;
+use super::proof::{Run, pooled};
 use super::search::Evidence;
 use super::verdict::{
     Effect, Estimate, Figures, Fit, FitFigures, Kind, Located, Parameter, Ranked, UnknownTerm,
@@ -439,21 +439,6 @@ fn fit(rig: &Rig, laws: &[LawDiagnosis], train: &[Recording], held_out: &[Record
     }
 }
 
-/// Root of the mean over recordings, weighted by their rows.
-fn pooled(
-    runs: &[Option<Run>],
-    recordings: &[Recording],
-    square: impl Fn(&Run) -> f64,
-) -> Option<f64> {
-    let (mut sum, mut rows) = (0.0, 0.0);
-    for (run, recording) in runs.iter().zip(recordings) {
-        let weight = recording.len() as f64;
-        sum += weight * run.as_ref().map(&square)?;
-        rows += weight;
-    }
-    (rows > 0.0).then(|| (sum / rows).sqrt())
-}
-
 fn spread(recordings: &[Recording], signal: &str) -> Option<f64> {
     let all: Vec<f64> = recordings
         .iter()
@@ -655,8 +640,8 @@ fn unknown_sentence(laws: &[LawDiagnosis], missing: Option<&UnknownTerm>) -> Str
     let (place, when) = missing.map_or(("the model", ""), |term| {
         (term.place.as_str(), term.expression.as_str())
     });
-    let refuted = laws.iter().filter(|law| is_refuted(law));
-    if let Some(what) = refuted.filter_map(|law| law.refuted.as_ref()).next() {
+    let mut refuted = laws.iter().filter(|law| is_refuted(law));
+    if let Some(what) = refuted.find_map(|law| law.refuted.as_ref()) {
         return format!(
             "Something is missing, and the held-out data refute what the training data suggest: {what}."
         );

@@ -251,8 +251,7 @@ fn with_sensors(rig: Rig, law: &LawDiagnosis) -> Rig {
 /// the time: no number of a rig holds that. None where it has shown no such thing.
 fn without_passing_offsets(recordings: &[Recording], law: &LawDiagnosis) -> Option<Vec<Recording>> {
     let presence = law.improved.presence.as_ref()?;
-    let rig = law.frozen[Model::Improved as usize].rig.clone();
-    let values = plant::values(&rig);
+    let values = plant::values(&law.frozen[Model::Improved as usize].rig);
     let offsets_pa =
         Side::BOTH.map(|side| (side.pressure_signal(), values.pressure_offset_pa(side)));
     if offsets_pa

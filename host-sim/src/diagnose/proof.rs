@@ -278,15 +278,26 @@ fn energies(
     held_out: &[Recording],
 ) -> Option<Vec<f64>> {
     let runs = law.held_out.get(model as usize)?;
-    let rows: usize = held_out.iter().map(Recording::len).sum();
     let of_output = |(output, floor): (usize, &f64)| {
-        let mut sum = 0.0;
-        for (run, recording) in runs.iter().zip(held_out) {
-            sum += recording.len() as f64 * squares(run.as_ref()?)[output];
-        }
-        Some((sum / rows.max(1) as f64 / floor.powi(2)).max(1.0))
+        let error = pooled(runs, held_out, |run| squares(run)[output])?;
+        Some((error / floor).powi(2).max(1.0))
     };
     law.floor.iter().enumerate().map(of_output).collect()
+}
+
+/// Root of the mean over recordings, weighted by their rows.
+pub(super) fn pooled(
+    runs: &[Option<Run>],
+    recordings: &[Recording],
+    square: impl Fn(&Run) -> f64,
+) -> Option<f64> {
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for (run, recording) in runs.iter().zip(recordings) {
+        let weight = recording.len() as f64;
+        sum += weight * run.as_ref().map(&square)?;
+        rows += weight;
+    }
+    (rows > 0.0).then(|| (sum / rows).sqrt())
 }
 
 fn has_own(candidate: &Candidate) -> bool {

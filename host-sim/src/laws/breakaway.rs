@@ -37,8 +37,8 @@ const FORCE_REACH: usize = 2;
 /// How well the force at a slow break-away is known, N: with the true parameters of healthy
 /// carriages 0.1 to 0.4 N are left. Faster events are scaled to it.
 pub const KNOWN_TO_N: f64 = 0.4;
-/// What is left where the contact's form is not quite the model's (elasto-plastic, Maxwell
-/// slip), N: 1.1 to 2.5 N on four such carriages. Less is not looked into.
+/// Less than this is not looked into, N: twice what is known. A contact whose form is not quite
+/// the model's (elasto-plastic, Maxwell slip) left 1.1 to 2.5 N on four carriages.
 pub(super) const BREAKAWAY_NOISE_N: f64 = 0.8;
 /// A break-away that is off by more than this says no more than that, N: it may
 /// have been none.

@@ -20,12 +20,12 @@ mod bank;
 use super::candidates::Candidate;
 use super::fitted::{Bench, Fitted};
 use super::search::PLAIN_RATIO;
-use crate::closed_loop::HostController;
-use crate::closed_loop::{Course, control_task, run};
+use crate::closed_loop::{Course, HostController, control_task, run};
 use crate::fit::Prior;
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope};
 use crate::laws::{Law, Track, median_step_s};
-use crate::plant::{Plant, PlantSettings, seen};
+use crate::motion::Motion;
+use crate::plant::{Plant, PlantSettings, Seen, seen};
 use crate::random::Noise;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -362,9 +362,9 @@ fn draw(
     }
 }
 
-/// The controller, which knows the rig, moving its load; none where it trips or is late by
-/// more than a centimetre: an experiment that nobody would get to record.
-fn tracked(rig: &Rig, motion: &crate::motion::Motion, seed: u64) -> Option<Recording> {
+/// The controller, which knows the rig, moving its load; none where it trips or runs into an
+/// end: an experiment that nobody would get to record.
+fn tracked(rig: &Rig, motion: &Motion, seed: u64) -> Option<Recording> {
     let mut plant = Plant::new(rig, PlantSettings::at(motion.start_m(), seed)).ok()?;
     let mut drive = HostController::new(control_task(rig).ok()?);
     let course = Course::whole(motion.clone(), PlantSettings::TICK_S);
@@ -372,7 +372,7 @@ fn tracked(rig: &Rig, motion: &crate::motion::Motion, seed: u64) -> Option<Recor
     if run.first_fault().is_some() || run.end_stop.is_some() {
         return None;
     }
-    let column = |value: fn(&crate::plant::Seen) -> f64| -> Vec<f64> {
+    let column = |value: fn(&Seen) -> f64| -> Vec<f64> {
         run.rows
             .iter()
             .map(|row| value(&seen(&row.sample.codes)))
