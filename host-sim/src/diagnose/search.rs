@@ -584,21 +584,18 @@ impl<'a> Judge<'a> {
     }
 
     /// A ranked set fitted to its end. Models are nested: one that ends above the
-    /// baseline has lost its way, and begins again from there.
+    /// baseline has lost its way, and begins again from there. So does every model of the
+    /// balance, which is cheap: its few break-aways leave several minima of the static level.
     fn finished(&self, ranked: &Fitted) -> Option<Fitted> {
         let finished = self.bench.finished(ranked)?;
-        let finished = if self.score(&finished) < self.score(self.baseline) + PLAIN_RATIO.ln() {
-            let walked = self.bench.walked(finished.clone());
-            [walked, finished]
-                .into_iter()
-                .min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?
-        } else {
-            finished
-        };
-        if self.score(&finished) <= self.score(self.baseline) {
-            return Some(finished);
-        }
-        self.bench.fit(&ranked.set, Some(self.baseline))
+        let is_better = self.score(&finished) < self.score(self.baseline) + PLAIN_RATIO.ln();
+        let walked = is_better.then(|| self.bench.walked(finished.clone()));
+        let is_lost = self.score(&finished) > self.score(self.baseline);
+        let from_refit = (is_lost || self.bench.law == Law::Balance)
+            .then(|| self.bench.fit(&ranked.set, Some(self.baseline)))
+            .flatten();
+        let ends = [walked, Some(finished), from_refit].into_iter().flatten();
+        ends.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
     }
 
     /// The effect that explains most when it need not be there always, if it
