@@ -15,12 +15,15 @@ use rayon::prelude::*;
 const FINALISTS: usize = 4;
 /// Fits with the span found anew. It stays after two or three.
 const MOST_PASSES: usize = 6;
+/// Where the best effect leaves more than this part of each output's amplitude (in the mean
+/// over the outputs), better spans will not make it the one: it will have to leave 0.6.
+const HOPELESS: f64 = 0.92;
 /// An effect that is there in more of the rows than this is there always.
 const ALWAYS: f64 = 0.9;
 
 /// The best models of one effect in a part of the time, best first. Twice: when
 /// something is there does not depend on what it is, so every effect begins the
-/// second time from the spans of the best.
+/// second time from the spans of the best; unless that explains next to nothing.
 pub fn search(
     bench: &Bench<'_>,
     baseline: &Fitted,
@@ -39,6 +42,9 @@ pub fn search(
     else {
         return first;
     };
+    if score(best) > score(baseline) + bench.noise.len() as f64 * HOPELESS.ln() {
+        return first;
+    }
     let without = bench.restricted(best, &[]);
     let mut all = round(bench, (&without, &presence.spans_s), score);
     all.extend(first);

@@ -430,7 +430,9 @@ impl LawProblem<'_> {
             for (column, &value) in predicted.iter_mut().zip(out) {
                 column[row] = value;
             }
-            states.resize(state.len(), vec![f64::NAN; rows]);
+            if states.len() < state.len() {
+                states = vec![vec![f64::NAN; rows]; state.len()];
+            }
             for (column, &value) in states.iter_mut().zip(state) {
                 column[row] = value;
             }
