@@ -269,7 +269,7 @@ impl<R: Real> Push<R> {
 /// The model of a carriage that stands.
 pub(super) struct Stand<'a, R> {
     pub carriage: &'a Carriage<R>,
-    /// Without a load behind a spring.
+    /// Without a load behind a spring, unless that is in its play and taken as rigid.
     pub mass_kg: R,
     /// Of a new seal.
     pub levels: FrictionLevels<R>,
