@@ -247,6 +247,12 @@ fn position_skew(rig: &Rig, tracks: &[Track<'_>]) -> Candidate {
     let row = row_s(tracks);
     let reach = 50.0 * row;
     let starts = [2.0, -2.0, 12.0, -12.0].map(|rows| rows * row);
+    // The channels of a whole axis come from one logger: it is not seconds out.
+    let starts = if rig.valve.is_some() {
+        &starts[..2]
+    } else {
+        &starts[..]
+    };
     // A logger that is out by more than ten rows is rare; the prior is weak
     // against any recording with motion in it, and decides where there is none.
     let prior = Prior {
@@ -262,7 +268,7 @@ fn position_skew(rig: &Rig, tracks: &[Track<'_>]) -> Candidate {
         },
         (-reach, reach),
         Some(prior),
-        &starts,
+        starts,
     )
 }
 
@@ -469,7 +475,8 @@ fn pressure_sensor_offsets(sides: &[Side]) -> Vec<Candidate> {
             Candidate::new("pressure-sensor-offset", &[place]).free(
                 &format!("offset_{}_Pa", side.letter()),
                 (-1e5, 1e5),
-                &[2e3, -2e3],
+                // The prediction is linear in it: the other sign ends at the same place.
+                &[2e3],
             )
         })
         .collect()

@@ -28,6 +28,8 @@ pub struct Bench<'a> {
     pub noise: Vec<f64>,
     /// The groups of rows that cross-validation leaves out in turn.
     pub folds: Folds,
+    /// Whether long fits end early, as in a search: see [`Bench::for_search`].
+    is_coarse: bool,
     /// Rows simulated, with derivatives counted in.
     work: AtomicUsize,
 }
@@ -68,8 +70,12 @@ const PILOT_ITERATIONS: usize = 6;
 const RANKING_ITERATIONS: usize = 3;
 /// Enough for a fit that lacks one recording of several, from the fit to all.
 const FOLD_ITERATIONS: usize = 3;
-/// Where fits are long, they end when a step brings less than this part.
+/// A fit ends when a step brings less than this part of its cost ...
+const COST_TOLERANCE: f64 = 1e-7;
+/// ... on long recordings than this ...
 const LONG_COST_TOLERANCE: f64 = 1e-5;
+/// ... and there in a search than this: half of its time went into the last per mille.
+const COARSE_COST_TOLERANCE: f64 = 1e-3;
 /// Recordings of more rows than this are long.
 const LONG_ROWS: usize = 15_000;
 /// A fit whose residual is below this part of the size it was weighed by is
@@ -98,8 +104,25 @@ impl<'a> Bench<'a> {
             candidates: Vec::new(),
             noise: super::noise::of_outputs(law, rig, tracks),
             folds: Folds::of(&lengths),
+            is_coarse: false,
             work: AtomicUsize::new(0),
         }
+    }
+
+    /// The same for a search, which tells sets apart by tens of per cent: where fits are
+    /// long they end early, and whoever reports a number [fits it](Self::fit) once more
+    /// on a bench that is none. (Fits of forces are short.)
+    #[must_use]
+    pub fn for_search(self) -> Self {
+        Self {
+            is_coarse: self.is_long() && self.law != Law::Balance,
+            ..self
+        }
+    }
+
+    /// Whether what it fits wants fitting once more.
+    pub fn is_coarse(&self) -> bool {
+        self.is_coarse
     }
 
     /// Rows of all recordings.
@@ -300,11 +323,7 @@ impl<'a> Bench<'a> {
         let options = Options {
             maximum_iterations,
             noise: NoiseVariance::Given(1.0),
-            cost_tolerance: if self.is_long() {
-                LONG_COST_TOLERANCE
-            } else {
-                1e-7
-            },
+            cost_tolerance: self.cost_tolerance(),
             ..Options::default()
         };
         let fit = solve(&mut problem, &parameters, &options).ok()?;
@@ -323,6 +342,16 @@ impl<'a> Bench<'a> {
             presence: problem.presence.cloned(),
         };
         Some((fit.cost, fitted))
+    }
+
+    fn cost_tolerance(&self) -> f64 {
+        if self.is_coarse {
+            COARSE_COST_TOLERANCE
+        } else if self.is_long() {
+            LONG_COST_TOLERANCE
+        } else {
+            COST_TOLERANCE
+        }
     }
 
     /// When the effects of a set are there, as the model knows that it is built on.

@@ -37,6 +37,10 @@ const LEAST_NAMED: f64 = 0.03;
 /// ... and the variance between its bins must stand this many of its own
 /// standard deviations over what chance gives.
 const NAMED_DEVIATIONS: f64 = 6.0;
+/// Recordings that together show what runs alike in all.
+const LEAST_SHARED: usize = 3;
+/// The variable that is the same in every recording.
+pub(super) const SINCE_START: &str = "time since start";
 /// Independent rows beyond the number of bins without which nothing is said.
 const LEAST_FREEDOM: f64 = 4.0;
 /// An offset must stand this many standard errors over nought.
@@ -577,7 +581,7 @@ fn candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], output: &Output) -> Vec
     });
     add("time since a step of the command", "s", &since_command_step);
     add("time since reversal", "s", &since_reversal);
-    add("time since start", "s", &since_start);
+    add(SINCE_START, "s", &since_start);
     all
 }
 
@@ -686,13 +690,20 @@ fn explained(variable: &Variable, judged: &Judged) -> Option<VariableShare> {
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Two series meet by chance as often as the quicker of the two allows
     // (Bartlett): a drifting residual does not forbid a finding over velocity.
-    let correlated = judged.correlated.min(correlated_rows(&variable.columns));
-    let independent = pairs.len() as f64 / correlated;
-    let wanted = ((independent / ROWS_PER_BIN) as usize).clamp(LEAST_BINS, MOST_BINS);
+    let mut correlated = judged.correlated.min(correlated_rows(&variable.columns));
+    let count = |correlated: f64| pairs.len() as f64 / correlated;
+    let wanted = ((count(correlated) / ROWS_PER_BIN) as usize).clamp(LEAST_BINS, MOST_BINS);
     let groups = quantile_groups(&pairs, wanted);
     if groups.len() < 2 {
         return None;
     }
+    // Time runs the same in every recording: a drift that several share is no accident,
+    // and chance is what each has beside it.
+    if variable.name == SINCE_START && judged.columns.len() >= LEAST_SHARED {
+        let beside = beside(variable, judged, &groups);
+        correlated = correlated.min(correlated_rows(&beside));
+    }
+    let independent = count(correlated);
     let of_value = between_groups(&groups, |residual| residual, independent);
     let of_size = between_groups(&groups, f64::abs, independent);
     let larger = if of_size.share > of_value.share {
@@ -709,6 +720,22 @@ fn explained(variable: &Variable, judged: &Judged) -> Option<VariableShare> {
         significant: larger.share > LEAST_NAMED && larger.deviations > NAMED_DEVIATIONS,
         bins: groups.iter().map(|group| bin(group)).collect(),
     })
+}
+
+/// The residual less the mean of its group.
+fn beside(variable: &Variable, judged: &Judged, groups: &[&[(f64, f64)]]) -> Vec<Vec<f64>> {
+    let ends: Vec<(f64, f64)> = groups
+        .iter()
+        .filter_map(|group| Some((group.last()?.0, bin(group).mean)))
+        .collect();
+    let common = |x: f64| {
+        let group = ends.partition_point(|(end, _)| *end < x);
+        ends.get(group).map_or(f64::NAN, |(_, mean)| *mean)
+    };
+    let columns = variable.columns.iter().zip(&judged.columns);
+    columns
+        .map(|(x, r)| x.iter().zip(r).map(|(x, r)| r - common(*x)).collect())
+        .collect()
 }
 
 /// Cuts sorted pairs into groups of about equal number; equal values of the

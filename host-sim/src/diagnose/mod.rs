@@ -318,7 +318,7 @@ fn diagnose_law(
         .collect();
     let thin_tracks: Vec<Track<'_>> = thinned.iter().map(Track::new).collect();
     let searched = law.searched_by();
-    let mut bench = Bench::new(searched, rig, &thin_tracks);
+    let mut bench = Bench::new(searched, rig, &thin_tracks).for_search();
     let baseline = search::baseline(&bench)?;
     bench.noise = noise::floor(&bench, &baseline);
     bench.candidates = candidates(searched, rig, &thin_tracks, baseline.mean_square[0].sqrt());
@@ -335,14 +335,10 @@ fn diagnose_law(
     let mut full = Bench::new(searched, rig, &tracks);
     full.candidates.clone_from(&bench.candidates);
     full.noise.clone_from(&bench.noise);
-    let (baseline, improved) = if stride == 1 {
+    let (baseline, improved) = if stride == 1 && !bench.is_coarse() {
         (outcome.baseline.clone(), outcome.improved.clone())
     } else {
-        let improved = &outcome.improved;
-        (
-            full.fit(&[], Some(&outcome.baseline))?,
-            full.fit(&improved.set, Some(improved))?,
-        )
+        polished(&full, &outcome)?
     };
     let missed = full.misses_plainly(&baseline);
     let mut found = Found {
@@ -412,6 +408,18 @@ fn diagnose_law(
         diagnosis.input = unknown_input::find(&full, &diagnosis.baseline);
     }
     Some(diagnosis)
+}
+
+/// What a search on fewer rows, or with fits that end early, found: baseline and improved
+/// model fitted to the end on all rows.
+fn polished(full: &Bench<'_>, outcome: &Outcome) -> Option<(Fitted, Fitted)> {
+    let baseline = full.fit(&[], Some(&outcome.baseline))?;
+    let improved = if outcome.improved.set.is_empty() {
+        baseline.clone()
+    } else {
+        full.fit(&outcome.improved.set, Some(&outcome.improved))?
+    };
+    Some((baseline, improved))
 }
 
 /// The experiment that would tell an accepted effect from the one that does as well.

@@ -1,6 +1,6 @@
 //! A located misfit in the words of an engineer.
 
-use super::locate::{Located, Sameness, VariableShare};
+use super::locate::{Located, SINCE_START, Sameness, VariableShare};
 use crate::text::plain;
 use crate::units::shown;
 
@@ -61,7 +61,7 @@ fn of_variable(variable: &VariableShare) -> String {
     match variable.name {
         "time since reversal" => after(variable, "a reversal"),
         "time since a step of the command" => after(variable, "a step of the command"),
-        "time since start" => over_time(variable),
+        SINCE_START => over_time(variable),
         _ => over_state(variable),
     }
 }

@@ -282,7 +282,8 @@ pub enum Reason {
     /// No step lowers the cost though the gradient says one should: the rounding of
     /// the model or wrong derivatives. Not converged.
     Stalled,
-    /// The limit on iterations was reached. Not converged.
+    /// The limit on iterations was reached. Not converged; derivatives, and what follows
+    /// from them, are those of the last point but one.
     IterationLimit,
 }
 
@@ -387,9 +388,26 @@ pub fn solve<P: LeastSquares + ?Sized>(
 struct Point {
     values: Vec<f64>,
     cost: f64,
+    /// The rows at these values; derivatives are older where [`Point::moved`] says so.
+    sums: ResidualSums,
     gradient: DVector<f64>,
     curvature: DMatrix<f64>,
     equations: NormalEquations,
+}
+
+impl Point {
+    /// The cost at other values, and the derivatives that were taken here: where no
+    /// further step is made, new ones would only be thrown away.
+    fn moved(&self, values: Vec<f64>, sums: ResidualSums) -> Self {
+        Self {
+            values,
+            cost: sums.cost(),
+            sums,
+            gradient: self.gradient.clone(),
+            curvature: self.curvature.clone(),
+            equations: self.equations.clone(),
+        }
+    }
 }
 
 /// A step that was proposed.
@@ -420,8 +438,8 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
         options: &'a Options,
     ) -> Result<Self, FitError> {
         let values: Vec<f64> = parameters.iter().map(|p| p.clip(p.start)).collect();
-        let cost = cost_at(problem, parameters, options, &values);
-        let point = point_at(problem, parameters, options, values.clone(), cost)
+        let sums = sums_at(problem, parameters, options, &values);
+        let point = point_at(problem, parameters, options, values.clone(), sums)
             .ok_or(FitError::NonFiniteStart { values })?;
         let mut solver = Self {
             problem,
@@ -458,22 +476,25 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
         let Some(trial) = self.propose() else {
             return self.reject();
         };
-        let cost = cost_at(self.problem, self.parameters, self.options, &trial.values);
-        let decrease = self.point.cost - cost;
+        let sums = sums_at(self.problem, self.parameters, self.options, &trial.values);
+        let decrease = self.point.cost - sums.cost();
         let gain_ratio = decrease / trial.predicted_decrease;
         let accepted = decrease > 0.0 && gain_ratio > LEAST_GAIN_RATIO;
         let verdict = self.convergence(&trial, decrease, accepted);
-        let next = accepted
-            .then(|| {
-                point_at(
-                    self.problem,
-                    self.parameters,
-                    self.options,
-                    trial.values,
-                    cost,
-                )
-            })
-            .flatten();
+        let is_last = verdict.is_none() && self.iterations >= self.options.maximum_iterations;
+        let next = if !accepted {
+            None
+        } else if is_last {
+            Some(self.point.moved(trial.values, sums))
+        } else {
+            point_at(
+                self.problem,
+                self.parameters,
+                self.options,
+                trial.values,
+                sums,
+            )
+        };
         match next {
             Some(point) => self.accept(point, gain_ratio),
             None => {
@@ -642,7 +663,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
             .filter(|&index| !at_bound[index])
             .collect();
         let scales: Vec<f64> = parameters.iter().map(|parameter| parameter.scale).collect();
-        let sums = point.equations.sums();
+        let sums = &point.sums;
         let uncertainty = Uncertainty::new(
             &point.equations.cost_curvature(),
             &free,
@@ -680,13 +701,13 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
     }
 }
 
-/// Cost of the data and the priors; infinite where the model has no answer.
-fn cost_at<P: LeastSquares + ?Sized>(
+/// Sums of the data and the priors; their cost is infinite where the model has no answer.
+fn sums_at<P: LeastSquares + ?Sized>(
     problem: &mut P,
     parameters: &[Parameter],
     options: &Options,
     values: &[f64],
-) -> f64 {
+) -> ResidualSums {
     let mut sums = ResidualSums::new(options.weighting);
     problem.accumulate_cost(values, &mut sums);
     for (parameter, value) in parameters.iter().zip(values) {
@@ -694,19 +715,19 @@ fn cost_at<P: LeastSquares + ?Sized>(
             sums.add_penalty((value - prior.mean) / prior.standard_deviation);
         }
     }
-    sums.cost()
+    sums
 }
 
 /// Everything known at `values`; `None` if any of it is not finite.
 ///
-/// `cost` is handed on instead of taken from the rows: costs are compared with each
-/// other, so all must come from the same sum.
+/// `sums` are handed on instead of taken with the derivatives: costs are compared with
+/// each other, so all must come from the same sum.
 fn point_at<P: LeastSquares + ?Sized>(
     problem: &mut P,
     parameters: &[Parameter],
     options: &Options,
     values: Vec<f64>,
-    cost: f64,
+    sums: ResidualSums,
 ) -> Option<Point> {
     let mut equations = NormalEquations::new(parameters.len(), options.weighting);
     problem.accumulate(&values, &mut equations);
@@ -716,8 +737,10 @@ fn point_at<P: LeastSquares + ?Sized>(
             equations.add_penalty(index, (value - prior.mean) * slope, slope);
         }
     }
+    let cost = sums.cost();
     (cost.is_finite() && equations.is_finite()).then(|| Point {
         cost,
+        sums,
         gradient: equations.gradient(),
         curvature: equations.step_curvature(),
         equations,
