@@ -27,7 +27,9 @@ fn val_an_interrupted_diagnosis_leaves_the_files_of_the_last_one() {
     let before = fs::read_dir(&folder).unwrap().count();
     let names = |files: &[(String, String)]| files.iter().map(|file| file.0.clone()).collect();
     let (train, held_out): (Vec<String>, Vec<String>) = (names(&case.train), names(&case.held_out));
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pneuma"));
+    // What is started in the background of a script is deaf to Ctrl-C, and so is what it starts.
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT", env!("CARGO_BIN_EXE_pneuma")]);
     command.current_dir(&folder).stderr(Stdio::null());
     command.args(["diagnose", "--rig", "rig.toml", "--train"]);
     command.args(train).arg("--held-out").args(held_out);
