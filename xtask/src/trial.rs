@@ -11,7 +11,7 @@ const END: &str = "<!-- concealed trial: end -->";
 const CASES: &str = "200";
 /// The plan's seed. Cases of seeds 1 to 11 were looked at while the diagnosis was
 /// written; those of this one were not.
-const SEED: &str = "12";
+const SEED: &str = "13";
 /// Where scorecard, seals and report land; a trial that was cut off goes on.
 const FOLDER: &str = "out/trial";
 
