@@ -247,7 +247,7 @@ fn position_skew(rig: &Rig, tracks: &[Track<'_>]) -> Candidate {
     let row = row_s(tracks);
     let reach = 50.0 * row;
     let starts = [2.0, -2.0, 12.0, -12.0].map(|rows| rows * row);
-    // The channels of a whole axis come from one logger: it is not seconds out.
+    // The channels of a whole axis come from one logger: either sign leads to its few rows.
     let starts = if rig.valve.is_some() {
         &starts[..2]
     } else {
