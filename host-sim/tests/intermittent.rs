@@ -7,7 +7,6 @@ use host_sim::diagnose::diagnose;
 use host_sim::diagnose::verdict::Kind as Verdict;
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
-use std::path::{Path, PathBuf};
 use truth_plant::{Case, Kind, Request, Strength};
 
 /// Seed of a rig with strong position-dependent friction in a fifth of the time.
@@ -15,20 +14,11 @@ const SEED: u64 = 3_068_299_711;
 /// The balance of forces is averaged over 40 ms, and begun anew after it.
 const SPAN_ERROR_S: f64 = 0.15;
 
-fn read(folder: &Path, rig: &Rig, files: &[(String, String)]) -> Vec<Recording> {
+fn read(rig: &Rig, files: &[(String, String)]) -> Vec<Recording> {
     let one = |(name, text): &(String, String)| {
-        std::fs::write(folder.join(name), text).unwrap();
-        let mut recording = Recording::read(folder.join(name), &rig.signals).unwrap();
-        recording.name.clone_from(name);
-        recording
+        Recording::read_from(text.as_bytes(), name, None, &rig.signals).unwrap()
     };
     files.iter().map(one).collect()
-}
-
-fn folder() -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("intermittent-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
 }
 
 #[test]
@@ -38,12 +28,10 @@ fn val_an_effect_that_is_there_for_a_fifth_of_the_time_is_named() {
     let truth = &case.truth.effects[0];
     assert_eq!(truth.name, "position-dependent-friction");
     let onset = truth.onset.as_ref().unwrap();
-    let folder = folder();
     let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
-    let train = read(&folder, &rig, &case.train);
-    let held_out = || Ok::<_, std::convert::Infallible>(read(&folder, &rig, &case.held_out));
+    let train = read(&rig, &case.train);
+    let held_out = || Ok::<_, std::convert::Infallible>(read(&rig, &case.held_out));
     let diagnosis = diagnose(&rig, train, held_out, &|_| ()).unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
     let verdict = &diagnosis.verdict;
     assert_eq!(verdict.verdict, Verdict::Named, "{}", verdict.sentence);
     assert_eq!(verdict.effects.len(), 1, "{}", verdict.sentence);

@@ -20,13 +20,9 @@ pub(super) fn of_kind(
     let request = request.with_effect(effect).unwrap().with_strength(strength);
     let case = request.draw();
     let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
-    let folder = std::env::temp_dir().join(format!("{effect}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
     let read = |(name, text): &(String, String)| {
-        std::fs::write(folder.join(name), text).unwrap();
-        Recording::read(folder.join(name), &rig.signals).unwrap()
+        Recording::read_from(text.as_bytes(), name, None, &rig.signals).unwrap()
     };
     let recordings = case.train.iter().map(read).collect();
-    std::fs::remove_dir_all(&folder).unwrap();
     (rig, recordings)
 }
