@@ -3,9 +3,10 @@
 
 use super::candidates::Candidate;
 use super::proof;
+use crate::fit::compass::{self, Varied};
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
-use crate::fit::{NoiseVariance, Options, Parameter, Presence, compass, solve};
+use crate::fit::{NoiseVariance, Options, Parameter, Presence, solve};
 use crate::laws::{Law, Track, balance};
 use crate::rig::Rig;
 use rayon::prelude::*;
@@ -208,16 +209,16 @@ impl<'a> Bench<'a> {
         let free = &self.candidates[candidate].free;
         let place = |free: &FreeParameter| fitted.names.iter().position(|name| *name == free.key);
         let places: Vec<usize> = free.iter().filter_map(place).collect();
-        let bounds: Vec<(f64, f64)> = free
-            .iter()
-            .map(|free| (free.parameter.lower, free.parameter.upper))
-            .collect();
         let numbers = |model: &Fitted| -> Vec<f64> {
             places.iter().map(|&place| model.values[place]).collect()
         };
-        let end = compass::descend(&numbers(&fitted), &bounds, |sizes| {
-            self.half_squares(&fitted, &places, sizes)
-        });
+        let varied = |(free, start): (&FreeParameter, f64)| Varied {
+            start,
+            bounds: (free.parameter.lower, free.parameter.upper),
+            first_step: compass::WIDE_STEP,
+        };
+        let begun: Vec<Varied> = free.iter().zip(numbers(&fitted)).map(varied).collect();
+        let end = compass::descend(&begun, |sizes| self.half_squares(&fitted, &places, sizes));
         let near = Fitted {
             values: replaced(&fitted.values, &places, &end),
             ..fitted.clone()
@@ -557,6 +558,19 @@ impl<'a> Bench<'a> {
             Some(((value - prior.mean) / prior.standard_deviation).powi(2))
         };
         self.free(&fitted.set).iter().filter_map(square).sum()
+    }
+
+    /// The same model with other values and what it leaves with them.
+    pub(super) fn with_values(&self, model: &Fitted, values: Vec<f64>) -> Fitted {
+        let presence = model.presence.as_ref();
+        let mean_square = self.with_problem(&model.set, self.tracks, presence, |problem| {
+            self.mean_square(problem, &values)
+        });
+        Fitted {
+            values,
+            mean_square,
+            ..model.clone()
+        }
     }
 
     /// The same model with some of its effects switched off and nothing refitted.

@@ -18,6 +18,7 @@ pub mod fitted;
 mod intermittent;
 pub mod knowability;
 pub mod locate;
+mod loose_load;
 pub mod materiality;
 mod misfit;
 pub mod next_experiment;
@@ -346,7 +347,14 @@ fn diagnose_law(
         improved,
         term: None,
     };
-    if full.misses_plainly(&found.improved) && !outcome.evidence.is_empty() {
+    let mut is_shown = false;
+    if let Some(refined) = loose_load::refined(&full, &baseline, &found.improved) {
+        outcome.explains(refined.candidate, refined.share);
+        found.explained = found.explained.max(refined.share);
+        found.improved = refined.model;
+        is_shown = assemble::is_enough(refined.share);
+    }
+    if !is_shown && full.misses_plainly(&found.improved) && !outcome.evidence.is_empty() {
         progress(&format!("{title}: a table in the place of a law"));
         if let Some((term, model)) = unknown_force::find(&mut full, &baseline, &found.improved) {
             outcome.decline_all();

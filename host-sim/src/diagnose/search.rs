@@ -8,7 +8,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::laws::{Law, median_step_s};
+use crate::laws::{Law, balance, median_step_s};
 
 use super::fitted::{Bench, Fitted, Set};
 use super::intermittent;
@@ -211,6 +211,16 @@ impl Outcome {
 }
 
 impl Outcome {
+    /// Another look at the same data shows an accepted effect to explain this part of the
+    /// energy of what is missing.
+    pub(super) fn explains(&mut self, candidate: usize, share: f64) {
+        let shown = explained_probability((1.0 - share).max(0.0).sqrt(), share);
+        let of = |one: &&mut Evidence| one.accepted && one.candidate == candidate;
+        for one in self.evidence.iter_mut().filter(of) {
+            one.probability = one.probability.max(shown);
+        }
+    }
+
     /// Something without a name explains far more than any effect.
     pub fn decline_all(&mut self) {
         self.evidence.iter_mut().for_each(Evidence::decline);
@@ -772,11 +782,15 @@ impl<'a> Judge<'a> {
         let to_the_noise = self.bench.is_long() && self.is_noise(with) && !self.is_noise(without);
         // What is not named cannot be named wrongly: it need only help.
         let others = if is_told { with.set.len() - 1 } else { 0 };
+        // Creep is too near to sticking to be met to its noise by any form: what shows in it
+        // alone is to take most of it away, as among others.
+        let is_creep = self.bench.law == Law::Balance && helped == balance::CREEPING;
+        let rivals = others + usize::from(is_told && is_creep);
         let is_plain = !at_bound
             && gain > 0.0
             && (share >= MATERIAL_SHARE || to_the_noise)
             && if self.bench.is_long() {
-                ratio <= plain_ratio(others)
+                ratio <= plain_ratio(rivals)
             } else {
                 ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0)
             };

@@ -7,32 +7,42 @@
 
 use nalgebra::DMatrix;
 
-/// The first factor, as a logarithm; most starts are within it of the end.
-const FIRST_STEP: f64 = 0.4;
-/// The last one: two per cent.
-const LAST_STEP: f64 = 0.02;
+/// A first factor, as a logarithm, for a number of which little is known: most starts are
+/// within it of the end.
+pub const WIDE_STEP: f64 = 0.4;
+/// The last step over the first one: two per cent for a wide one.
+const LAST_STEP: f64 = 0.05;
 /// So many costs are asked for at the most.
 const MOST_COSTS: usize = 400;
 
-/// The positive numbers near `start`, within their bounds, at which `cost` is least.
-pub fn descend(
-    start: &[f64],
-    bounds: &[(f64, f64)],
-    mut cost: impl FnMut(&[f64]) -> f64,
-) -> Vec<f64> {
+/// A number that is varied by factors: its sign stays, and nought stays nought.
+#[derive(Clone, Copy, Debug)]
+pub struct Varied {
+    /// Where it begins.
+    pub start: f64,
+    /// Its least and its largest value.
+    pub bounds: (f64, f64),
+    /// The first factor, as a logarithm.
+    pub first_step: f64,
+}
+
+/// The numbers near their starts, within their bounds, at which `cost` is least.
+pub fn descend(numbers: &[Varied], mut cost: impl FnMut(&[f64]) -> f64) -> Vec<f64> {
     let mut asked = 0;
     let mut ask = |values: &[f64]| {
         asked += 1;
         (cost(values), asked >= MOST_COSTS)
     };
-    let (mut best, mut step) = (start.to_vec(), FIRST_STEP);
+    let mut best: Vec<f64> = numbers.iter().map(|number| number.start).collect();
+    let mut step = 1.0;
     let (mut least, mut ended) = ask(&best);
     while step > LAST_STEP && !ended {
         let before = best.clone();
         for index in 0..best.len() {
-            for factor in [step.exp(), (-step).exp()] {
+            let by = step * numbers[index].first_step;
+            for factor in [by.exp(), (-by).exp()] {
                 let mut trial = best.clone();
-                trial[index] = within(trial[index] * factor, bounds[index]);
+                trial[index] = within(trial[index] * factor, numbers[index].bounds);
                 let (value, last) = ask(&trial);
                 ended |= last;
                 if value < least {
@@ -46,7 +56,7 @@ pub fn descend(
             continue;
         }
         let trial: Vec<f64> = (0..best.len())
-            .map(|index| within(best[index] * (best[index] / before[index]), bounds[index]))
+            .map(|index| again(best[index], before[index], numbers[index].bounds))
             .collect();
         let (value, last) = ask(&trial);
         ended |= last;
@@ -88,6 +98,16 @@ pub fn deviations(at: &[f64], mut cost: impl FnMut(&[f64]) -> f64) -> Option<Vec
     Some((0..count).map(deviation).collect())
 }
 
+/// A number moved once more by the factor that it has moved by; nought has none.
+fn again(now: f64, before: f64, bounds: (f64, f64)) -> f64 {
+    let moved = now * (now / before);
+    if moved.is_nan() {
+        now
+    } else {
+        within(moved, bounds)
+    }
+}
+
 fn within(value: f64, (lower, upper): (f64, f64)) -> f64 {
     if value.is_nan() {
         lower
@@ -100,6 +120,14 @@ fn within(value: f64, (lower, upper): (f64, f64)) -> f64 {
 mod tests {
     use super::*;
 
+    fn number(start: f64, bounds: (f64, f64)) -> Varied {
+        Varied {
+            start,
+            bounds,
+            first_step: WIDE_STEP,
+        }
+    }
+
     #[test]
     fn val_a_valley_with_steps_is_walked_down_to_its_end() {
         // Least at (3, 0.02), along a ridge, with ripples that turn every gradient.
@@ -107,7 +135,8 @@ mod tests {
             let (a, b) = ((at[0] / 3.0).ln(), (at[1] / 0.02).ln());
             (a + b).powi(2) * 10.0 + (a - b).powi(2) + 0.01 * ((a * 40.0).sin().abs())
         };
-        let end = descend(&[1.0, 0.1], &[(0.1, 10.0), (1e-3, 1.0)], cost);
+        let numbers = [number(1.0, (0.1, 10.0)), number(0.1, (1e-3, 1.0))];
+        let end = descend(&numbers, cost);
         assert!((end[0] / 3.0).ln().abs() < 0.1, "{end:?}");
         assert!((end[1] / 0.02).ln().abs() < 0.1, "{end:?}");
     }
@@ -129,7 +158,7 @@ mod tests {
     #[test]
     fn prop_bounds_are_kept_and_nothing_gets_worse() {
         let cost = |at: &[f64]| (at[0] - 5.0).powi(2) + (at[1] - 1.0).powi(2);
-        let end = descend(&[1.0, 1.0], &[(0.5, 2.0), (0.0, 2.0)], cost);
+        let end = descend(&[number(1.0, (0.5, 2.0)), number(1.0, (0.0, 2.0))], cost);
         assert!(end[0] <= 2.0 && cost(&end) <= cost(&[1.0, 1.0]), "{end:?}");
         assert!((end[0] - 2.0).abs() < 1e-9, "{end:?}");
     }

@@ -63,6 +63,9 @@ const BALANCE: Output = Output {
 /// The outputs: the balance while sliding, while creeping, and at break-away.
 pub(super) const OUTPUTS: [Output; 3] = [BALANCE; 3];
 
+/// The output of the balance while creeping.
+pub const CREEPING: usize = 1;
+
 /// The output of the break-aways; its residuals are limited.
 pub const BREAKAWAY: usize = 2;
 
