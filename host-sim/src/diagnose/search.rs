@@ -28,10 +28,9 @@ const FINALISTS: usize = 4;
 const LARGEST_SET: usize = 4;
 /// Growing stops when the best set of a size is not better than the best
 /// smaller one by this part of its misfit, twice in a row. Far under what is
-/// accepted later; it only saves time.
+/// accepted later; it only saves time. (On long recordings, where a size takes a quarter of
+/// a minute, it stops at the first that would not be plain even alone.)
 const WORTH_GROWING: f64 = 0.01;
-/// ... and on long recordings by this, where a size takes a quarter of a minute.
-const WORTH_GROWING_LONG: f64 = 0.1;
 
 /// An effect must account for this part of the energy of what is missing: 15 %
 /// of its amplitude. Below that it is not material, however significant. The
@@ -296,14 +295,11 @@ fn grow(judge: &mut Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) ->
         let children = judge.fit_children(&beam);
         beam = judge.best(children);
         let Some(leader) = beam.first() else { break };
-        let gain = judge.score(&best) - judge.score(leader);
-        stale = if gain > judge.worth_growing() {
-            0
-        } else {
-            stale + 1
-        };
-        if gain > 0.0 {
-            best = leader.clone();
+        let leader = leader.clone();
+        let is_worth_it = judge.is_worth_growing(&best, &leader);
+        stale = if is_worth_it { 0 } else { stale + 1 };
+        if judge.score(&leader) < judge.score(&best) {
+            best = leader;
         }
     }
     Some(best)
@@ -451,11 +447,12 @@ impl<'a> Judge<'a> {
             .sum()
     }
 
-    fn worth_growing(&self) -> f64 {
+    /// Whether a larger set brings so much that a still larger one may be tried.
+    fn is_worth_growing(&mut self, best: &Fitted, larger: &Fitted) -> bool {
         if self.bench.is_long() {
-            WORTH_GROWING_LONG
+            self.ratio(larger, best) <= PLAIN_RATIO
         } else {
-            WORTH_GROWING
+            self.score(best) - self.score(larger) > WORTH_GROWING
         }
     }
 
