@@ -3,11 +3,13 @@
 use crate::image;
 use crate::setup::{self, QEMU};
 use crate::shell::{self, Outcome, as_typed, cargo, command};
+use std::collections::BTreeSet;
 use std::fs;
 use std::net::{SocketAddr, TcpListener};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Where the image expects the first slot of settings, see the board's link.x.
@@ -172,8 +174,17 @@ impl Drop for Machine {
     }
 }
 
+/// A free port, given out once: until QEMU listens there it is free for the system, which
+/// may offer it again. Of two machines at one port one plant would be turned away.
 fn free_address() -> std::io::Result<SocketAddr> {
-    TcpListener::bind("127.0.0.1:0")?.local_addr()
+    static GIVEN_OUT: Mutex<BTreeSet<u16>> = Mutex::new(BTreeSet::new());
+    loop {
+        let address = TcpListener::bind("127.0.0.1:0")?.local_addr()?;
+        let mut given_out = GIVEN_OUT.lock().unwrap_or_else(PoisonError::into_inner);
+        if given_out.insert(address.port()) {
+            return Ok(address);
+        }
+    }
 }
 
 #[cfg(test)]

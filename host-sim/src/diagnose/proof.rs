@@ -231,14 +231,21 @@ impl Frozen {
     }
 }
 
-/// Mean squares by output, over all windows and in each.
+/// Mean squares by output, over all windows and in each: infinite in one without a finite
+/// prediction.
 fn averaged(windows: &[Vec<(f64, usize)>], outputs: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mean = |(sum, count): (f64, usize)| sum / count.max(1) as f64;
     let over_all = |output: usize| {
         let sums = windows.iter().map(|window| window[output]);
         mean(sums.fold((0.0, 0), |all, one| (all.0 + one.0, all.1 + one.1)))
     };
-    let in_each = |window: &Vec<(f64, usize)>| window.iter().copied().map(mean).collect();
+    let in_each = |window: &Vec<(f64, usize)>| {
+        let of_output = |&(sum, count): &(f64, usize)| match count {
+            0 => f64::INFINITY,
+            _ => mean((sum, count)),
+        };
+        window.iter().map(of_output).collect()
+    };
     let all = (0..outputs).map(over_all).collect();
     (all, windows.iter().map(in_each).collect())
 }
