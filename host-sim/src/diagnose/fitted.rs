@@ -212,10 +212,8 @@ impl<'a> Bench<'a> {
         let numbers = |model: &Fitted| -> Vec<f64> {
             places.iter().map(|&place| model.values[place]).collect()
         };
-        let varied = |(free, start): (&FreeParameter, f64)| Varied {
-            start,
-            bounds: (free.parameter.lower, free.parameter.upper),
-            first_step: compass::WIDE_STEP,
+        let varied = |(free, start): (&FreeParameter, f64)| {
+            Varied::of(free.parameter, start, compass::WIDE_STEP)
         };
         let begun: Vec<Varied> = free.iter().zip(numbers(&fitted)).map(varied).collect();
         let end = compass::descend(&begun, |sizes| self.half_squares(&fitted, &places, sizes));

@@ -49,20 +49,15 @@ pub(super) fn refined(searched: &Bench<'_>, baseline: &Fitted, model: &Fitted) -
     let mut bench = Bench::new(Law::Carriage, searched.rig, searched.tracks);
     bench.candidates.clone_from(&searched.candidates);
     let begun = bench.restricted(model, &model.set);
-    let begun = bench.with_values(&begun, begun.values.clone());
     let windows = Windows::new(&bench, &begun)?;
     let mut starts = windows.hard_contacts(&begun)?;
-    starts.sort_by(|a, b| windows.cost(a).total_cmp(&windows.cost(b)));
+    windows.best_first(&mut starts);
     starts.truncate(FOLLOWED);
     starts.push(begun.clone());
-    let ends: Vec<Fitted> = starts
-        .iter()
-        .filter_map(|start| windows.followed(start, 1.0))
-        .collect();
-    let best = ends
-        .iter()
-        .min_by(|a, b| windows.cost(a).total_cmp(&windows.cost(b)))?;
-    let mut best = windows.followed(best, 0.5)?;
+    let followed = |start| windows.followed(start, 1.0);
+    let mut ends: Vec<Fitted> = starts.iter().filter_map(followed).collect();
+    windows.best_first(&mut ends);
+    let mut best = windows.followed(ends.first()?, 0.5)?;
     best.standard_deviations = windows.deviations(&best, &ends);
     if windows.cost(&best) >= windows.cost(&begun) {
         return None;
@@ -121,6 +116,14 @@ impl<'a> Windows<'a> {
         0.5 * (squares.map(of_window).sum::<f64>() + self.bench.contradiction(model))
     }
 
+    /// Sorts models by their costs, each a run of all recordings and so counted once.
+    fn best_first(&self, models: &mut Vec<Fitted>) {
+        let costly = models.drain(..).map(|model| (self.cost(&model), model));
+        let mut costly: Vec<(f64, Fitted)> = costly.collect();
+        costly.sort_by(|a, b| a.0.total_cmp(&b.0));
+        models.extend(costly.into_iter().map(|(_, model)| model));
+    }
+
     /// The model with a hard contact, and several plays.
     fn hard_contacts(&self, model: &Fitted) -> Option<Vec<Fitted>> {
         let place = |key: &str| {
@@ -133,7 +136,10 @@ impl<'a> Windows<'a> {
             let mut values = model.values.clone();
             (values[stiffness], values[damping]) = HARD_CONTACT;
             values[gap] *= play;
-            self.bench.with_values(model, values)
+            Fitted {
+                values,
+                ..model.clone()
+            }
         };
         Some(PLAYS.map(with).to_vec())
     }
@@ -183,11 +189,7 @@ impl<'a> Windows<'a> {
             let unsure = free.parameter.prior.map_or(f64::INFINITY, |prior| {
                 prior.standard_deviation / prior.mean.abs()
             });
-            Varied {
-                start,
-                bounds: (free.parameter.lower, free.parameter.upper),
-                first_step: part * unsure.min(compass::WIDE_STEP),
-            }
+            Varied::of(free.parameter, start, part * unsure.min(compass::WIDE_STEP))
         };
         let begun: Vec<Varied> = free.iter().zip(&model.values).map(varied).collect();
         let moved = |numbers: &[f64]| {

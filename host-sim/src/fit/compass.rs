@@ -5,6 +5,7 @@
 //! parameters are varied by factors, one after the other, and the step of a whole
 //! round is repeated while it helps (Hooke and Jeeves 1961).
 
+use super::Parameter;
 use nalgebra::DMatrix;
 
 /// A first factor, as a logarithm, for a number of which little is known: most starts are
@@ -24,6 +25,17 @@ pub struct Varied {
     pub bounds: (f64, f64),
     /// The first factor, as a logarithm.
     pub first_step: f64,
+}
+
+impl Varied {
+    /// A parameter from another start.
+    pub fn of(parameter: Parameter, start: f64, first_step: f64) -> Self {
+        Self {
+            start,
+            bounds: (parameter.lower, parameter.upper),
+            first_step,
+        }
+    }
 }
 
 /// The numbers near their starts, within their bounds, at which `cost` is least.
