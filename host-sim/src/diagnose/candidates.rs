@@ -576,15 +576,22 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
     ];
     let near = nearest_end_m(rig, tracks);
     if let Some(near) = near.filter(|&near| near < LONGEST_CUSHION_M) {
+        // A start that lies outside the cushion, or has a needle much wider than the true one,
+        // sees nothing of it.
+        let [short, middle, long] = [0.005, 0.01, 0.02].map(|into| near + into);
         all.push(
             Candidate::new("end-cushion", &["chamber-a", "chamber-b"])
                 .form("needle")
                 .free(
                     "length_m",
                     (near.max(1e-3), LONGEST_CUSHION_M),
-                    &[near + 0.005, near + 0.02],
+                    &[short, middle, long, short, middle, long],
                 )
-                .free("needle_area_m2", (1e-8, 1e-4), &[1e-6, 3e-7]),
+                .free(
+                    "needle_area_m2",
+                    (1e-8, 1e-4),
+                    &[1e-6, 1e-6, 1e-6, 2e-7, 2e-7, 2e-7],
+                ),
         );
     }
     all

@@ -7,6 +7,7 @@
 //! the model with it predicts better than the one without, until that stays.
 
 use super::fitted::{Bench, Fitted};
+use super::search::mean;
 use crate::fit::presence::{Presence, refined};
 use crate::laws::View;
 use rayon::prelude::*;
@@ -29,12 +30,14 @@ pub fn search(
     baseline: &Fitted,
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<Fitted> {
-    let missed = bench.squares_in_windows(baseline);
-    let rows: usize = missed.iter().map(Vec::len).sum();
-    let usual = missed.iter().flatten().sum::<f64>() / rows.max(1) as f64;
-    let excess = |recording: usize, row: usize| missed[recording][row] - usual;
-    let worst = Presence::of_largest_gain("", bench.tracks, excess);
-    let begun = (baseline, worst.spans_s.as_slice());
+    // A refit bends itself around what is missing; a rig as given may be off everywhere.
+    let starts = [baseline.clone(), bench.as_given(baseline)];
+    let starts = starts.map(|model| Start::of(bench, model));
+    let by_surprise = |a: &Start, b: &Start| a.surprise.total_cmp(&b.surprise);
+    let Some(start) = starts.into_iter().min_by(by_surprise) else {
+        return Vec::new();
+    };
+    let begun = (&start.model, start.spans_s.as_slice());
     let first = round(bench, begun, score);
     let Some((best, presence)) = first
         .first()
@@ -56,6 +59,37 @@ pub fn search(
         is_new
     });
     all
+}
+
+/// A model without the effect, and when it misses most.
+struct Start {
+    model: Fitted,
+    spans_s: Vec<(f64, f64)>,
+    /// How unlikely what it misses is, per row, as noise of one size there and of another
+    /// elsewhere: the mean of the logarithms of both mean squares.
+    surprise: f64,
+}
+
+impl Start {
+    fn of(bench: &Bench<'_>, model: Fitted) -> Self {
+        let missed = bench.squares_in_windows(&model);
+        let usual = mean(&missed.concat());
+        let excess = |recording: usize, row: usize| missed[recording][row] - usual;
+        let worst = Presence::of_largest_gain("", bench.tracks, excess);
+        let (mut there, mut elsewhere) = (Vec::new(), Vec::new());
+        for ((recording, track), mut squares) in bench.tracks.iter().enumerate().zip(missed) {
+            let rows = worst.rows(recording, &track.recording.time_s);
+            there.extend(squares.drain(rows));
+            elsewhere.extend(squares);
+        }
+        let noise = bench.noise.len() as f64;
+        let part = |squares: &[f64]| squares.len() as f64 * mean(squares).max(noise).ln();
+        Self {
+            model,
+            surprise: (part(&there) + part(&elsewhere)) / bench.rows() as f64,
+            spans_s: worst.spans_s,
+        }
+    }
 }
 
 /// Every effect begun in these spans, the best followed to the end.
@@ -114,10 +148,24 @@ fn may_begin(bench: &Bench<'_>, candidate: usize) -> bool {
         && states(bench.rig) == states(&with)
 }
 
-/// Fits the effect, finds anew when it is there, and so on while that gets
-/// better. `None` where it turns out to be there always or never.
+/// Fits the effect, finds when it is there, and does so again where the same effect at another
+/// place as well fits better: one of two leaks, alone, is best in spans of its own.
+/// `None` where it turns out to be there always or never.
 fn follow(bench: &Bench<'_>, begun: Fitted, score: &impl Fn(&Fitted) -> f64) -> Option<Fitted> {
-    let mut best = bench.finished(&begun)?;
+    let mut best = settled(bench, bench.finished(&begun)?, score)?;
+    for twins in twins(bench, &best) {
+        if score(&twins) < score(&best) {
+            best = settled(bench, twins, score)?;
+        }
+    }
+    let best = sharpened(bench, best, score)?;
+    let share = best.presence.as_ref()?.share(bench.tracks);
+    (share > 0.0 && share < ALWAYS).then_some(best)
+}
+
+/// Finds anew when the effect is there, and fits it to that, and so on while that gets better.
+fn settled(bench: &Bench<'_>, fitted: Fitted, score: &impl Fn(&Fitted) -> f64) -> Option<Fitted> {
+    let mut best = fitted;
     for _ in 0..MOST_PASSES {
         let presence = Some(seen(bench, &best)?);
         if presence == best.presence {
@@ -132,13 +180,10 @@ fn follow(bench: &Bench<'_>, begun: Fitted, score: &impl Fn(&Fitted) -> f64) -> 
         }
         best = next;
     }
-    let best = sharpened(bench, best, score)?;
-    let share = best.presence.as_ref()?.share(bench.tracks);
-    (share > 0.0 && share < ALWAYS).then_some(best)
+    Some(best)
 }
 
-/// The model with the ends of its spans moved to where they fit best; and, where
-/// the same effect is at another place as well, with that.
+/// The model with the ends of its spans moved to where they fit best.
 fn sharpened(bench: &Bench<'_>, model: Fitted, score: &impl Fn(&Fitted) -> f64) -> Option<Fitted> {
     let presence = model.presence.clone()?;
     let spans = presence.spans_s.par_iter().enumerate();
@@ -159,14 +204,8 @@ fn sharpened(bench: &Bench<'_>, model: Fitted, score: &impl Fn(&Fitted) -> f64) 
         }),
         ..model.clone()
     });
-    let mut best = model;
-    let elsewhere = twins(bench, &best);
-    for other in moved.into_iter().chain(elsewhere) {
-        if score(&other) < score(&best) {
-            best = other;
-        }
-    }
-    Some(best)
+    let is_better = |moved: &Fitted| score(moved) < score(&model);
+    Some(moved.filter(is_better).unwrap_or(model))
 }
 
 /// The model with the same effect, in the same form, at another place as well.

@@ -905,7 +905,7 @@ fn with(set: &Set, candidate: usize) -> Set {
     larger
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 

@@ -156,6 +156,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     let ambient = carriage.ambient_pressure_pa;
     let time = &track.recording.time_s;
     let bump = Bump::new(super::motion::median_step_s(time));
+    let mut gas: Vec<f64> = Vec::with_capacity(track.len());
     let mut driving: Vec<R> = Vec::with_capacity(track.len());
     let mut force: Vec<R> = Vec::with_capacity(track.len());
     let ends = values.stroke_ends_m();
@@ -203,6 +204,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         let viscous = levels.viscous_n_s_per_m * velocity(row);
         let outer = outer_n(&carriage, &state);
         let held_n = if is_loose { R::ZERO } else { load_n };
+        gas.push(gas_n.value());
         driving.push(gas_n - held_n - outer);
         force.push(gas_n - load_n - outer - friction - viscous);
     }
@@ -216,6 +218,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         let recorded = Recorded {
             time_s: time,
             position_m: position,
+            gas_n: &gas,
             driving_n: &driving,
         };
         if let Some(residual) = stand.residual(&event, &recorded) {

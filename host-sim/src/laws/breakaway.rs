@@ -185,6 +185,9 @@ fn instant_of_way<R: Real>(way_m: &[R]) -> Option<R> {
 pub(super) struct Recorded<'a, R> {
     pub time_s: &'a [f64],
     pub position_m: &'a [f64],
+    /// Force of the gas alone, N. Which events tell something is read off it: read off what a
+    /// model drives the carriage with, a model could make those events silent that it misses.
+    pub gas_n: &'a [f64],
     /// Force of the gas less that of a load behind its spring and all else that is no
     /// friction, N.
     pub driving_n: &'a [R],
@@ -229,19 +232,26 @@ impl<R: Real> Push<R> {
             &recorded.position_m[begun..last],
             place_m,
         )?;
-        let at = event.row.checked_sub(first)?;
-        let before = at.checked_sub(2 * FORCE_REACH)?;
-        let level_n = force_n.get(at)?.value();
+        let before = event
+            .row
+            .checked_sub(2 * FORCE_REACH)
+            .filter(|&row| row >= first)?;
+        let gas_n = |row: usize| {
+            let rows = row - FORCE_REACH..row + FORCE_REACH + 1;
+            let unmoved = air_spring_n_per_m.value() * way(row).max(0.0);
+            unmoved + event.direction * mean(&recorded.gas_n[rows])
+        };
+        let level_n = gas_n(event.row);
         // A force that is taken away again before the first way is done has moved a carriage
         // that crept: one that is held a little more firmly would not have left at all.
-        let is_taken_away = |force: &R| force.value() < level_n - BREAKAWAY_NOISE_N;
-        if force_n[at..].iter().any(is_taken_away) {
+        let is_taken_away = |row: usize| gas_n(row) < level_n - BREAKAWAY_NOISE_N;
+        if (event.row..=last).any(is_taken_away) {
             return None;
         }
-        let rise_n = level_n - force_n[before].value();
+        let rise_n = level_n - gas_n(before);
         Some(Self {
             left_s: left_s - time_s[first],
-            rate_n_per_s: rise_n / (time_s[event.row] - time_s[first + before]),
+            rate_n_per_s: rise_n / (time_s[event.row] - time_s[before]),
             time_s: time_s[first..=last]
                 .iter()
                 .map(|time| time - time_s[first])
