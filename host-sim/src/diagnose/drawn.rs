@@ -17,7 +17,11 @@ pub(super) fn of_kind(
     effect: &str,
 ) -> (Rig, Vec<Recording>) {
     let request = Request::new(seed, kind).with_noise(1.0);
-    let request = request.with_effect(effect).unwrap().with_strength(strength);
+    read(&request.with_effect(effect).unwrap().with_strength(strength))
+}
+
+/// Rig and training recordings of a case.
+pub(super) fn read(request: &Request) -> (Rig, Vec<Recording>) {
     let case = request.draw();
     let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
     let read = |(name, text): &(String, String)| {
