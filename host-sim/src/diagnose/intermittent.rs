@@ -2,8 +2,8 @@
 //! goes.
 //!
 //! Fitted to all rows such an effect explains little: where it is not, it does
-//! harm. When it is there follows from the data: first the span in which the
-//! baseline misses most, then, with the effect fitted to that, the span in which
+//! harm. When it is there follows from the data: first the span in which a model
+//! without it misses most, then, with the effect fitted to that, the span in which
 //! the model with it predicts better than the one without, until that stays.
 
 use super::fitted::{Bench, Fitted};
@@ -23,8 +23,8 @@ const HOPELESS: f64 = 0.92;
 /// best one's amplitude (in the mean over the outputs) is not followed: a rival will have to
 /// leave as little.
 const FAR_FROM_BEST: f64 = 4.0;
-/// A start from which what is missed is by this factor of its mean square (as a logarithm) the
-/// less likely is not begun from.
+/// What a start misses is much the less likely if the logarithm of its mean square, per row, is
+/// this much above that of another start: a factor e.
 const FAR_LESS_LIKELY: f64 = 1.0;
 /// An effect that is there in more of the rows than this is there always.
 const ALWAYS: f64 = 0.9;
@@ -100,7 +100,8 @@ impl Start {
     }
 }
 
-/// Every effect begun from every start, the best followed to the end unless they are far from it.
+/// Every effect begun from every start; of the best, those whose score is below `far` followed
+/// to the end.
 fn round(
     bench: &Bench<'_>,
     starts: &[Start],
