@@ -8,7 +8,7 @@
 //! whatever the model; its sensor alone says micrometres.
 
 use super::fitted::{Bench, Fitted};
-use crate::laws::{Law, Track, white_noise};
+use crate::laws::{Law, Track, balance, white_noise};
 use crate::random::Noise;
 use crate::recording::Recording;
 use crate::rig::{Rig, Signal};
@@ -17,6 +17,10 @@ use crate::rig::{Rig, Signal};
 /// depend on it.
 const SEED: u64 = 1;
 
+/// An event of the recorded draw is the one of the added draw that lies within so many rows:
+/// noise shifts the row at which a carriage is seen to leave.
+const EVENT_REACH: usize = 30;
+
 /// Noise of each output, as the rig declares it, with the sensor's resolution;
 /// where it does not, what the recordings show between neighbouring rows.
 ///
@@ -24,7 +28,7 @@ const SEED: u64 = 1;
 /// 1 Hz) looks like noise to it.
 pub fn of_outputs(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
     if law == Law::Balance {
-        return crate::laws::balance::OWN_NOISE_N.to_vec();
+        return balance::OWN_NOISE_N.to_vec();
     }
     law.outputs(rig)
         .iter()
@@ -62,20 +66,33 @@ pub fn floor(bench: &Bench<'_>, model: &Fitted) -> Vec<f64> {
     own.iter()
         .enumerate()
         .map(|(output, &own)| {
-            let pairs = still.iter().zip(&moved);
+            let is_event = bench.law == Law::Balance && output == balance::BREAKAWAY;
+            let reach = if is_event { EVENT_REACH } else { 0 };
             let (mut sum, mut rows) = (0.0, 0_usize);
-            for (still, moved) in pairs {
-                for (a, b) in still[output].iter().zip(&moved[output]) {
-                    let square = (a - b).powi(2);
-                    if square.is_finite() {
-                        sum += square;
-                        rows += 1;
-                    }
+            for (still, moved) in still.iter().zip(&moved) {
+                for square in squared_changes(&still[output], &moved[output], reach) {
+                    sum += square;
+                    rows += 1;
                 }
             }
             own.hypot((sum / rows.max(1) as f64).sqrt())
         })
         .collect()
+}
+
+/// Squared differences of what is finite in one column and the nearest that is in another,
+/// where one lies within reach.
+fn squared_changes(still: &[f64], moved: &[f64], reach: usize) -> impl Iterator<Item = f64> {
+    let told = still
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| value.is_finite());
+    told.filter_map(move |(row, value)| {
+        let near = row.saturating_sub(reach)..(row + reach + 1).min(moved.len());
+        let told = near.filter(|&other| moved[other].is_finite());
+        let nearest = told.min_by_key(|&other| other.abs_diff(row))?;
+        Some((moved[nearest] - value).powi(2))
+    })
 }
 
 /// The recording with one more draw of every signal's declared noise.
@@ -91,4 +108,19 @@ fn shaken(rig: &Rig, recording: &Recording, stream: usize) -> Recording {
         }
     }
     shaken
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_an_event_that_noise_shifts_is_the_same_event() {
+        let nan = f64::NAN;
+        let still = [nan, 1.0, nan, nan, nan, 5.0, nan];
+        let moved = [nan, nan, 1.5, nan, nan, nan, nan];
+        let of = |reach| squared_changes(&still, &moved, reach).collect::<Vec<f64>>();
+        assert_eq!(of(0), [0.0; 0]);
+        assert_eq!(of(1), [0.25], "the other event is in one draw only");
+    }
 }
