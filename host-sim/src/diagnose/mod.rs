@@ -290,8 +290,18 @@ fn faults(rig: &Rig, recordings: &[Recording]) -> Vec<(String, Fault)> {
         .collect()
 }
 
-/// What a search came to.
-struct Found {
+/// What a search of the effects brought, and the models fitted to the end.
+struct Searched {
+    baseline: Fitted,
+    improved: Fitted,
+    outcome: Outcome,
+    masked: BTreeMap<usize, f64>,
+    screened: Vec<String>,
+    seconds: f64,
+}
+
+/// What the misfit comes to in the end.
+struct Settled {
     /// Part of the misfit that named effects explain.
     explained: f64,
     /// The model with them, or with a table.
@@ -306,96 +316,38 @@ fn diagnose_law(
     progress: &dyn Fn(&str),
 ) -> Option<LawDiagnosis> {
     let title = law.title();
-    progress(&format!("{title}: refitting the ordinary parameters"));
-    let rows: usize = train.iter().map(Recording::len).sum();
-    let stride = if law.may_be_thinned(rig) {
-        (rows / SEARCH_ROWS).max(1)
-    } else {
-        1
-    };
-    let thinned: Vec<Recording> = train
-        .iter()
-        .map(|recording| recording.thinned(stride))
-        .collect();
-    let thin_tracks: Vec<Track<'_>> = thinned.iter().map(Track::new).collect();
-    let searched = law.searched_by();
-    let mut bench = Bench::new(searched, rig, &thin_tracks).for_search();
-    let baseline = search::baseline(&bench)?;
-    bench.noise = noise::floor(&bench, &baseline);
-    bench.candidates = candidates(searched, rig, &thin_tracks, baseline.mean_square[0].sqrt());
-    let screened = knowability::screen(searched, &thin_tracks, &mut bench.candidates);
-    let mut outcome = if bench.misses_any(&baseline) {
-        search::search(&bench, &baseline, &|stage| {
-            progress(&format!("{title}: {stage}"))
-        })
-    } else {
-        Outcome::nothing(&baseline)
-    };
-    progress(&format!("{title}: final fits"));
+    let progress = |stage: &str| progress(&format!("{title}: {stage}"));
     let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
-    let mut full = Bench::new(searched, rig, &tracks);
-    full.candidates.clone_from(&bench.candidates);
-    full.noise.clone_from(&bench.noise);
-    let (baseline, improved) = if stride == 1 && !bench.is_coarse() {
-        (outcome.baseline.clone(), outcome.improved.clone())
-    } else {
-        polished(&full, &outcome)?
-    };
-    let missed = full.misses_plainly(&baseline);
-    let mut found = Found {
-        explained: assemble::explained(&baseline, &improved, &full.noise),
-        improved,
-        term: None,
-    };
-    let mut is_shown = false;
-    if let Some(refined) = loose_load::refined(&full, &baseline, &found.improved) {
-        outcome.explains(refined.candidate, refined.share);
-        found.explained = found.explained.max(refined.share);
-        found.improved = refined.model;
-        is_shown = assemble::is_enough(refined.share);
-    }
-    if !is_shown && full.misses_plainly(&found.improved) && !outcome.evidence.is_empty() {
-        progress(&format!("{title}: a table in the place of a law"));
-        if let Some((term, model)) = unknown_force::find(&mut full, &baseline, &found.improved) {
-            outcome.decline_all();
-            found = Found {
-                explained: 0.0,
-                improved: model,
-                term: Some(term),
-            };
-        }
-    }
-    let Found {
-        explained,
-        improved,
-        term,
-    } = found;
+    let mut full = Bench::new(law.searched_by(), rig, &tracks);
+    let mut searched = searched(law, &mut full, train, &progress)?;
+    let settled = settled(&mut full, &mut searched, &progress);
+    let (baseline, outcome) = (searched.baseline, searched.outcome);
     if !outcome.rivals.is_empty() {
-        progress(&format!("{title}: what to record to tell rivals apart"));
+        progress("what to record to tell rivals apart");
     }
-    let next_experiment = next_experiment(&full, &improved, &outcome.rivals);
+    let next_experiment = next_experiment(&full, &settled.improved, &outcome.rivals);
     let frozen = vec![
         Frozen::given(rig),
         Frozen::new(&full, &baseline),
-        Frozen::new(&full, &improved),
+        Frozen::new(&full, &settled.improved),
     ];
-    let masked = masked(&bench, &outcome);
+    let missed = full.misses_plainly(&baseline);
     let shown = shown(&full, law, &baseline);
-    let misfits = locate::locate(law, rig, &tracks, &shown.residuals);
-    let mut located = above_noise(misfits, &shown.noise);
-    if !missed {
-        located.clear();
+    let mut located = Vec::new();
+    if missed {
+        let misfits = locate::locate(law, rig, &tracks, &shown.residuals);
+        located = above_noise(misfits, &shown.noise);
     }
     let mut diagnosis = LawDiagnosis {
         law,
         located,
         input: None,
         missed,
-        explained,
+        explained: settled.explained,
         refuted: None,
         is_surprised: false,
-        term,
-        masked,
+        term: settled.term,
+        masked: searched.masked,
         train: runs(law, rig, &tracks, &frozen),
         held_out: Vec::new(),
         frozen,
@@ -403,19 +355,98 @@ fn diagnose_law(
         floor: shown.noise,
         candidates: full.candidates.clone(),
         baseline,
-        improved,
+        improved: settled.improved,
         evidence: outcome.evidence,
         rivals: outcome.rivals,
         next_experiment,
-        screened,
+        screened: searched.screened,
         fits: outcome.fits,
-        seconds: bench.seconds() + full.seconds(),
+        seconds: searched.seconds + full.seconds(),
     };
     if assemble::is_unexplained(&diagnosis) {
-        progress(&format!("{title}: which input would explain it"));
+        progress("which input would explain it");
         diagnosis.input = unknown_input::find(&full, &diagnosis.baseline);
     }
     Some(diagnosis)
+}
+
+/// The honest refit and the search, on fewer rows where the law allows it; what they find,
+/// fitted to the end on all rows. The bench gets the noise and the candidates.
+fn searched(
+    law: Law,
+    full: &mut Bench<'_>,
+    train: &[Recording],
+    progress: &dyn Fn(&str),
+) -> Option<Searched> {
+    progress("refitting the ordinary parameters");
+    let stride = if law.may_be_thinned(full.rig) {
+        (full.rows() / SEARCH_ROWS).max(1)
+    } else {
+        1
+    };
+    let thinned: Vec<Recording> = train
+        .iter()
+        .map(|recording| recording.thinned(stride))
+        .collect();
+    let tracks: Vec<Track<'_>> = thinned.iter().map(Track::new).collect();
+    let mut bench = Bench::new(full.law, full.rig, &tracks).for_search();
+    let baseline = search::baseline(&bench)?;
+    bench.noise = noise::floor(&bench, &baseline);
+    let misfit = baseline.mean_square[0].sqrt();
+    bench.candidates = candidates(bench.law, bench.rig, &tracks, misfit);
+    let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
+    let outcome = if bench.misses_any(&baseline) {
+        search::search(&bench, &baseline, progress)
+    } else {
+        Outcome::nothing(&baseline)
+    };
+    progress("final fits");
+    full.candidates.clone_from(&bench.candidates);
+    full.noise.clone_from(&bench.noise);
+    let (baseline, improved) = if stride == 1 && !bench.is_coarse() {
+        (outcome.baseline.clone(), outcome.improved.clone())
+    } else {
+        polished(full, &outcome)?
+    };
+    Some(Searched {
+        baseline,
+        improved,
+        masked: masked(&bench, &outcome),
+        screened,
+        seconds: bench.seconds(),
+        outcome,
+    })
+}
+
+/// What the free running axis adds: a loose load as its motion shows it, or, where no effect
+/// explains a force, a table in the place of one, and then no effect is named.
+fn settled(full: &mut Bench<'_>, searched: &mut Searched, progress: &dyn Fn(&str)) -> Settled {
+    let (baseline, outcome) = (&searched.baseline, &mut searched.outcome);
+    let mut settled = Settled {
+        explained: assemble::explained(baseline, &searched.improved, &full.noise),
+        improved: searched.improved.clone(),
+        term: None,
+    };
+    if let Some(refined) = loose_load::refined(full, baseline, &settled.improved) {
+        outcome.explains(refined.candidate, refined.share);
+        settled.explained = settled.explained.max(refined.share);
+        settled.improved = refined.model;
+        if assemble::is_enough(refined.share) {
+            return settled;
+        }
+    }
+    if full.misses_plainly(&settled.improved) && !outcome.evidence.is_empty() {
+        progress("a table in the place of a law");
+        if let Some((term, model)) = unknown_force::find(full, baseline, &settled.improved) {
+            outcome.decline_all();
+            settled = Settled {
+                explained: 0.0,
+                improved: model,
+                term: Some(term),
+            };
+        }
+    }
+    settled
 }
 
 /// What a search on fewer rows, or with fits that end early, found: baseline and improved
