@@ -301,14 +301,8 @@ fn share_of_time(spans: &[(String, f64, f64)], train: &[Recording]) -> f64 {
 /// Part of the baseline's energy above the noise that the effects explain, each
 /// output counted in its own noise.
 pub(super) fn explained(baseline: &Fitted, improved: &Fitted, noise: &[f64]) -> f64 {
-    let above = |squares: &[f64]| -> f64 {
-        let outputs = squares.iter().zip(noise);
-        outputs
-            .map(|(square, noise)| (square / noise.powi(2) - 1.0).max(0.0))
-            .sum()
-    };
-    let missed = above(&baseline.mean_square).max(f64::MIN_POSITIVE);
-    1.0 - above(&improved.mean_square) / missed
+    let missed = baseline.energy_above(noise).max(f64::MIN_POSITIVE);
+    1.0 - improved.energy_above(noise) / missed
 }
 
 /// Whether effects that explain this part may be named.
@@ -479,7 +473,7 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
     for law in laws {
         let (before, after) = (law.baseline.shared_values(), law.improved.shared_values());
         for key in before.keys().chain(after.keys()) {
-            let index = law.improved.names.iter().position(|name| name == key);
+            let index = law.improved.place(key);
             let parameter = Parameter {
                 given: rig.value(key),
                 refitted: before.get(key).copied(),

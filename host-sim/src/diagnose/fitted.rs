@@ -207,7 +207,7 @@ impl<'a> Bench<'a> {
             return fitted;
         };
         let free = &self.candidates[candidate].free;
-        let place = |free: &FreeParameter| fitted.names.iter().position(|name| *name == free.key);
+        let place = |free: &FreeParameter| fitted.place(&free.key);
         let places: Vec<usize> = free.iter().filter_map(place).collect();
         let numbers = |model: &Fitted| -> Vec<f64> {
             places.iter().map(|&place| model.values[place]).collect()
@@ -662,8 +662,21 @@ fn shared_count(free: &[FreeParameter]) -> usize {
 impl Fitted {
     /// A parameter's value by name.
     pub fn value(&self, name: &str) -> Option<f64> {
-        let index = self.names.iter().position(|candidate| candidate == name)?;
-        self.values.get(index).copied()
+        self.values.get(self.place(name)?).copied()
+    }
+
+    /// Where a parameter of this name stands among the others.
+    pub fn place(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|other| other == name)
+    }
+
+    /// What it misses above the noise: energy in units of the noise's, summed over the
+    /// outputs.
+    pub fn energy_above(&self, noise: &[f64]) -> f64 {
+        let outputs = self.mean_square.iter().zip(noise);
+        outputs
+            .map(|(square, noise)| (square / noise.powi(2) - 1.0).max(0.0))
+            .sum()
     }
 
     /// The shared parameters by key: what is frozen.

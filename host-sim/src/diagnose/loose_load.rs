@@ -73,7 +73,7 @@ pub(super) fn refined(searched: &Bench<'_>, baseline: &Fitted, model: &Fitted) -
 
 /// The model of the balance with the numbers of the carriage.
 fn in_terms_of(searched: &Bench<'_>, model: &Fitted, carriage: &Fitted) -> Fitted {
-    let place = |name: &String| carriage.names.iter().position(|other| other == name);
+    let place = |name: &String| carriage.place(name);
     let places: Vec<Option<usize>> = model.names.iter().map(place).collect();
     let values = places.iter().zip(&model.values);
     let values = values.map(|(place, value)| place.map_or(*value, |place| carriage.values[place]));
@@ -320,8 +320,8 @@ mod tests {
             ("damping_Ns_m", 600.0),
             ("gap_m", 1.8e-3),
         ] {
-            let place = model.names.iter().position(|other| *other == key(name));
-            model.values[place.unwrap()] = value;
+            let place = model.place(&key(name)).unwrap();
+            model.values[place] = value;
         }
         let refined = refined(&bench, &baseline, &model).unwrap();
         assert_eq!(refined.candidate, candidate);

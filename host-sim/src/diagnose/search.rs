@@ -466,12 +466,7 @@ impl<'a> Judge<'a> {
     /// of what the baseline misses that no further effect could be accepted, and not
     /// so much that another effect may well be in it.
     fn is_explained(&self, fitted: &Fitted) -> bool {
-        let above = |fitted: &Fitted| -> f64 {
-            let outputs = fitted.mean_square.iter().zip(&self.bench.noise);
-            outputs
-                .map(|(square, noise)| (square / noise.powi(2) - 1.0).max(0.0))
-                .sum()
-        };
+        let above = |fitted: &Fitted| fitted.energy_above(&self.bench.noise);
         let left = above(fitted);
         let of_form = ERROR_OF_FORM * self.bench.noise.len() as f64;
         let is_small = left < MATERIAL_SHARE * above(self.baseline);

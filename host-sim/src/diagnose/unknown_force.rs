@@ -74,7 +74,7 @@ pub fn table(candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
     };
     let (from, to) = (end("from"), end("to"));
     let knot = |(index, free): (usize, &FreeParameter)| {
-        let place = model.names.iter().position(|name| *name == free.key)?;
+        let place = model.place(&free.key)?;
         let x = from + (to - from) * index as f64 / (KNOTS - 1) as f64;
         let deviation = model.standard_deviations[place].unwrap_or(f64::INFINITY);
         Some((x, model.values[place], deviation))

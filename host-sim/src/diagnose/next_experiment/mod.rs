@@ -170,8 +170,7 @@ impl Rivals<'_> {
     /// A parameter with what the present recordings say of it.
     fn known(&self, free: &FreeParameter, model: &Fitted, rig: &Rig) -> FreeParameter {
         let mut known = free.clone();
-        let place = model.names.iter().position(|name| *name == free.key);
-        let (Some(place), Scope::Shared) = (place, free.scope) else {
+        let (Some(place), Scope::Shared) = (model.place(&free.key), free.scope) else {
             return known;
         };
         let here = rig.value(&free.key).unwrap_or(model.values[place]);
@@ -352,7 +351,7 @@ fn draw(
     noise: &mut Noise,
 ) {
     for free in &candidate.free {
-        let Some(place) = model.names.iter().position(|name| *name == free.key) else {
+        let Some(place) = model.place(&free.key) else {
             continue;
         };
         let deviation = model.standard_deviations[place].unwrap_or(0.0);
