@@ -126,6 +126,11 @@ impl<'a> Bench<'a> {
         self.is_coarse
     }
 
+    /// Whether an output is told by single events and not by rows.
+    pub fn is_of_events(&self, output: usize) -> bool {
+        self.law == Law::Balance && output == balance::BREAKAWAY
+    }
+
     /// Rows of all recordings.
     pub fn rows(&self) -> usize {
         self.tracks.iter().map(Track::len).sum()
@@ -410,7 +415,7 @@ impl<'a> Bench<'a> {
                 .map(|(output, (square, noise))| {
                     // A residual that is limited by itself keeps its weight: else a fit
                     // that begins off all break-aways stays off them.
-                    if self.law == Law::Balance && output == balance::BREAKAWAY {
+                    if self.is_of_events(output) {
                         let of_inputs = noise.powi(2) - balance::OWN_NOISE_N[output].powi(2);
                         return balance::KNOWN_TO_N.hypot(of_inputs.max(0.0).sqrt());
                     }

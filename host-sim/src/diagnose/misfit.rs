@@ -3,38 +3,86 @@
 use super::fitted::{Bench, Fitted};
 use crate::laws::Law;
 
-/// A misfit whose energy is this much above the noise's is looked into. With
-/// 1000 independent rows the energy of noise alone varies by 4 %.
-pub(super) const WORTH_A_SEARCH: f64 = 0.10;
+/// A misfit whose energy is this much above the noise's shows that something is missing,
+/// effect or none: the declared noise of a sensor is hardly better known (5 % of its size).
+pub(super) const MISSED: f64 = 0.10;
+/// An effect may show at less, as none takes away noise: 2.2 times what the energy of white
+/// noise varies by, which is the root of two over the rows, ...
+const DEVIATIONS: f64 = 2.2;
+/// ... and no less than what is taken for noise when effects are judged.
+pub(super) const TO_THE_NOISE: f64 = 0.05;
 /// The same where the noise is a floor that was set and not one that was
 /// declared: forces below it are not looked for, and it is no better known than
 /// by this (healthy rigs were seen up to 0.6 above it).
-const WORTH_A_SEARCH_OF_FORCES: f64 = 1.0;
+const MISSED_OF_FORCES: f64 = 1.0;
 
 impl Bench<'_> {
-    /// Whether a model misses an output by more than its noise explains.
-    pub(super) fn misses_output(&self, model: &Fitted, output: usize) -> bool {
-        let noise = self.noise[output].powi(2);
-        let least = match self.law {
-            Law::Balance => WORTH_A_SEARCH_OF_FORCES,
-            _ => WORTH_A_SEARCH,
-        };
-        model.mean_square[output] / noise - 1.0 > least
+    /// Energy that a model misses of an output above the noise's, in units of it.
+    fn excess(&self, model: &Fitted, output: usize) -> f64 {
+        model.mean_square[output] / self.noise[output].powi(2) - 1.0
     }
 
-    /// Whether a model misses some output.
-    pub(super) fn misses_any(&self, model: &Fitted) -> bool {
-        (0..self.noise.len()).any(|output| self.misses_output(model, output))
+    /// From which excess on effects are looked for.
+    fn worth_a_search(&self) -> f64 {
+        if self.law == Law::Balance {
+            return MISSED_OF_FORCES;
+        }
+        let varies = (2.0 / self.rows().max(1) as f64).sqrt();
+        (DEVIATIONS * varies).clamp(TO_THE_NOISE, MISSED)
+    }
+
+    /// Whether a model misses so much of an output that effects are looked for in it.
+    pub(super) fn may_miss(&self, model: &Fitted, output: usize) -> bool {
+        self.excess(model, output) > self.worth_a_search()
+    }
+
+    /// Whether effects are looked for at all.
+    pub(super) fn is_worth_a_search(&self, model: &Fitted) -> bool {
+        (0..self.noise.len()).any(|output| self.may_miss(model, output))
     }
 
     /// Whether a model misses some output that can be trusted to show it. A break-away
     /// is read off too few rows, and creep too near to sticking, to say by themselves
     /// that something is missing.
     pub(super) fn misses_plainly(&self, model: &Fitted) -> bool {
-        let trusted = match self.law {
-            Law::Balance => 1,
-            _ => self.noise.len(),
+        let (trusted, least) = match self.law {
+            Law::Balance => (1, MISSED_OF_FORCES),
+            _ => (self.noise.len(), MISSED),
         };
-        (0..trusted).any(|output| self.misses_output(model, output))
+        (0..trusted).any(|output| self.excess(model, output) > least)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::{drawn, noise, search};
+    use crate::laws::Track;
+    use truth_plant::{Kind, Request};
+
+    const SEED: u64 = 3_558_890_495;
+
+    /// A sensor's offset of 3.4 kPa under 2.5 kPa of noise takes 9 % of the noise's energy:
+    /// it was taken for nothing, and its force for one on the carriage.
+    #[test]
+    fn regress_what_many_rows_show_is_looked_for() {
+        let offset = Request::new(SEED, Kind::Single).with_noise(10.0);
+        let offset = offset.with_effect("pressure-sensor-offset").unwrap();
+        let (worth, missed) = judged(&offset.with_strength(truth_plant::Strength::Weak));
+        assert!(worth && !missed);
+        let (worth, missed) = judged(&Request::new(SEED, Kind::Nothing).with_noise(10.0));
+        assert!(!worth && !missed);
+    }
+
+    fn judged(request: &Request) -> (bool, bool) {
+        let (rig, recordings) = drawn::read(request);
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let mut bench = Bench::new(Law::Chambers, &rig, &tracks).for_search();
+        let baseline = search::baseline(&bench).unwrap();
+        bench.noise = noise::floor(&bench, &baseline);
+        (
+            bench.is_worth_a_search(&baseline),
+            bench.misses_plainly(&baseline),
+        )
     }
 }

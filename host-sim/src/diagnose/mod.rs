@@ -44,7 +44,7 @@ use crate::rig::Rig;
 use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
 use locate::Located;
-use misfit::WORTH_A_SEARCH;
+use misfit::MISSED;
 use next_experiment::NextExperiment;
 use proof::{Frozen, Run};
 use rayon::prelude::*;
@@ -395,7 +395,7 @@ fn searched(
     let misfit = baseline.mean_square[0].sqrt();
     bench.candidates = candidates(bench.law, bench.rig, &tracks, misfit);
     let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
-    let outcome = if bench.misses_any(&baseline) {
+    let outcome = if bench.is_worth_a_search(&baseline) {
         search::search(&bench, &baseline, progress)
     } else {
         Outcome::nothing(&baseline)
@@ -489,7 +489,7 @@ fn above_noise(misfits: Vec<Located>, noise: &[f64]) -> Vec<Located> {
         .into_iter()
         .zip(noise)
         .map(excess)
-        .filter(|(_, excess)| *excess > WORTH_A_SEARCH)
+        .filter(|(_, excess)| *excess > MISSED)
         .collect();
     let whole: f64 = above.iter().map(|(_, excess)| excess).sum();
     for (located, excess) in &mut above {

@@ -66,8 +66,8 @@ pub fn floor(bench: &Bench<'_>, model: &Fitted) -> Vec<f64> {
     own.iter()
         .enumerate()
         .map(|(output, &own)| {
-            let is_event = bench.law == Law::Balance && output == balance::BREAKAWAY;
-            let reach = if is_event { EVENT_REACH } else { 0 };
+            let is_of_events = bench.is_of_events(output);
+            let reach = if is_of_events { EVENT_REACH } else { 0 };
             let (mut sum, mut rows) = (0.0, 0_usize);
             for (still, moved) in still.iter().zip(&moved) {
                 for square in squared_changes(&still[output], &moved[output], reach) {

@@ -6,13 +6,14 @@
 //! together do): sets are grown several at a time, and every member must then
 //! earn its place against the set without it.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
 use crate::laws::{Law, balance, median_step_s};
 
 use super::fitted::{Bench, Fitted, Set};
 use super::intermittent;
 use super::materiality::Mark;
+use super::misfit::TO_THE_NOISE;
 use crate::fit::Presence;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -57,8 +58,10 @@ const DECISIVE: [&str; 3] = [".time_constant_s", ".gap_m", "tube-line.length_m"]
 /// in trials none of the effects that are fitted well left more; a tube did.
 const ERROR_OF_FORM: f64 = 8.0;
 
-/// A misfit whose energy is this much above the noise's is noise.
-const TO_THE_NOISE: f64 = 0.05;
+/// Break-aways are few, and any candidate has as many numbers to fit them by: what chance
+/// does as well in one of so many trials is none. A dozen candidates are tried, hence the
+/// hundredth that is asked of one alone, tenfold.
+const CHANCE: f64 = 1e-3;
 
 /// Log odds that an effect was there, over the log odds of the part of the misfit that it
 /// explains: a logistic fit to the 242 candidates of 134 concealed cases (seeds 1 to 3
@@ -88,6 +91,8 @@ pub struct Evidence {
     pub probability: f64,
     /// Whether a parameter of it stands on a bound (its neutral value mostly).
     pub at_bound: bool,
+    /// Whether chance makes as much of so few break-aways.
+    pub is_chance: bool,
     /// Whether it is accepted.
     pub accepted: bool,
     /// Whether it is a shift in time that is plain and no more than the order in which a
@@ -113,6 +118,7 @@ impl Evidence {
             gain,
             probability: 0.01,
             at_bound: false,
+            is_chance: false,
             accepted: false,
             is_sampling: false,
             is_negligible: false,
@@ -165,6 +171,8 @@ impl Evidence {
                 "the recordings are predicted no better with it ({:+.1} %)",
                 100.0 * (self.ratio - 1.0)
             )
+        } else if self.is_chance {
+            "so few break-aways are as well explained by chance".into()
         } else if self.is_negligible {
             "it is plain and too small to matter; it stays in the model".into()
         } else if self.share < MATERIAL_SHARE {
@@ -752,7 +760,7 @@ impl<'a> Judge<'a> {
             energy / missing(output)
         };
         // Where nothing is missed, nothing can be shown to be there.
-        let missed = |output: &usize| self.bench.misses_output(self.baseline, *output);
+        let missed = |output: &usize| self.bench.may_miss(self.baseline, *output);
         let helped = (0..mine.len())
             .filter(missed)
             .max_by(|&a, &b| improvement(a).total_cmp(&improvement(b)))
@@ -778,7 +786,10 @@ impl<'a> Judge<'a> {
         // alone is to take most of it away, as among others.
         let is_creep = self.bench.law == Law::Balance && helped == balance::CREEPING;
         let rivals = others + usize::from(is_told && is_creep);
+        let is_chance =
+            self.bench.is_of_events(helped) && self.chance(with, without, helped) > CHANCE;
         let is_plain = !at_bound
+            && !is_chance
             && gain > 0.0
             && (share >= MATERIAL_SHARE || to_the_noise)
             && if self.bench.is_long() {
@@ -799,12 +810,25 @@ impl<'a> Judge<'a> {
             folds_better: (better, folds),
             gain,
             at_bound,
+            is_chance,
             accepted: is_plain && is_told,
             is_sampling: is_plain && is_sampling,
             is_negligible: is_plain && is_negligible,
             is_alternative: false,
             is_refuted: false,
         }
+    }
+
+    /// Probability that chance lowers the squares of so few events as far as the numbers do
+    /// that one model has more than the other.
+    fn chance(&self, with: &Fitted, without: &Fitted, output: usize) -> f64 {
+        let squares = |model: &Fitted| -> Vec<f64> {
+            let rows = self.bench.residuals_of(model)[output].concat();
+            let events = rows.into_iter().filter(|residual| residual.is_finite());
+            events.map(|residual| residual * residual).collect()
+        };
+        let more = with.shared.saturating_sub(without.shared);
+        by_chance(&squares(without), &squares(with), more)
     }
 
     /// Whether an effect is smaller than what matters, in every number that has such a mark.
@@ -938,9 +962,42 @@ fn log_gain(with: &[f64], without: &[f64]) -> f64 {
         .sum()
 }
 
+/// Probability that so many more numbers, fitted to nothing but chance, lower the mean of the
+/// squares from one to the other: Fisher's F.
+fn by_chance(before: &[f64], after: &[f64], more: usize) -> f64 {
+    let numbers = more.max(1) as f64;
+    let free = after.len() as f64 - numbers;
+    let lowered = mean(before) / mean(after).max(f64::MIN_POSITIVE) - 1.0;
+    let statistic = lowered.max(0.0) * free / numbers;
+    FisherSnedecor::new(numbers, free).map_or(1.0, |chance| chance.sf(statistic))
+}
+
 /// The folds that hold something of an output: a recording without a break-away says
 /// nothing of break-aways.
 fn told<'a>(with: &'a [f64], without: &'a [f64]) -> impl Iterator<Item = (f64, f64)> + 'a {
     let pairs = with.iter().copied().zip(without.iter().copied());
     pairs.filter(|(with, without)| *with > 0.0 || *without > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tables of F: 5.18 with 3 and 17 degrees of freedom, and 4.96 with 1 and 10 (at 0.05).
+    #[test]
+    fn val_chance_is_that_of_the_tables() {
+        let with = |events: usize, more: usize, statistic: f64| {
+            let before = 1.0 + statistic * more as f64 / (events - more) as f64;
+            by_chance(&vec![before; events], &vec![1.0; events], more)
+        };
+        assert!((with(20, 3, 5.18) - 0.01).abs() < 1e-4);
+        assert!((with(11, 1, 4.96) - 0.05).abs() < 1e-4);
+    }
+
+    #[test]
+    fn prop_no_more_events_than_numbers_show_nothing() {
+        assert!(by_chance(&[9.0; 3], &[1e-9; 3], 3) >= 1.0);
+        assert!(by_chance(&[], &[], 1) >= 1.0);
+        assert!(by_chance(&[1.0; 9], &[2.0; 9], 1) >= 1.0);
+    }
 }
