@@ -208,18 +208,13 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         driving.push(gas_n - held_n - outer);
         force.push(gas_n - load_n - outer - friction - viscous);
     }
+    let recorded = Recorded::new(time, position, &gas, &driving);
     for (event, levels) in breaks {
         let stand = Stand {
             carriage: &carriage,
             mass_kg: if is_loose { carriage.mass_kg } else { mass_kg },
             levels,
             air_spring_n_per_m: air_spring_n_per_m(values, &pressures, position, event.row),
-        };
-        let recorded = Recorded {
-            time_s: time,
-            position_m: position,
-            gas_n: &gas,
-            driving_n: &driving,
         };
         if let Some(residual) = stand.residual(&event, &recorded) {
             let outputs = [skipped(), skipped(), or_infinite(residual)];

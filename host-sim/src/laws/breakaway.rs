@@ -19,6 +19,7 @@ use model_core::carriage::Carriage;
 use model_core::friction::FrictionLevels;
 use model_core::left_out::DwellStiction;
 use model_core::real::Real;
+use std::ops::Range;
 
 /// The carriage stands where it stays within this of its place, m: presliding
 /// of metal guides is some 20 to 60 um.
@@ -32,14 +33,17 @@ const LEAST_REST_S: f64 = 0.03;
 const FIRST_WAY_M: f64 = 1e-3;
 /// How well that instant is found, s.
 const INSTANT_NOISE_S: f64 = 1e-3;
-/// Rows on either side over which the gas force is averaged.
-const FORCE_REACH: usize = 2;
+/// Rows on either side over which the force is averaged, at least and at most: until its noise
+/// comes down to what a slow break-away is known to.
+const FORCE_REACH: (usize, usize) = (2, 20);
 /// How well the force at a slow break-away is known, N: with the true parameters of healthy
 /// carriages 0.1 to 0.4 N are left. Faster events are scaled to it.
 pub const KNOWN_TO_N: f64 = 0.4;
 /// Less than this is not looked into, N: twice what is known. A contact whose form is not quite
 /// the model's (elasto-plastic, Maxwell slip) left 1.1 to 2.5 N on four carriages.
 pub(super) const BREAKAWAY_NOISE_N: f64 = 0.8;
+/// By so many deviations of its noise a force has changed surely.
+const SURELY: f64 = 4.0;
 /// A break-away that is off by more than this says no more than that, N: it may
 /// have been none.
 const MOST_TOLD_N: f64 = 12.0;
@@ -183,14 +187,46 @@ fn instant_of_way<R: Real>(way_m: &[R]) -> Option<R> {
 
 /// What was recorded of a carriage.
 pub(super) struct Recorded<'a, R> {
-    pub time_s: &'a [f64],
-    pub position_m: &'a [f64],
+    time_s: &'a [f64],
+    position_m: &'a [f64],
     /// Force of the gas alone, N. Which events tell something is read off it: read off what a
     /// model drives the carriage with, a model could make those events silent that it misses.
-    pub gas_n: &'a [f64],
+    gas_n: &'a [f64],
     /// Force of the gas less that of a load behind its spring and all else that is no
     /// friction, N.
-    pub driving_n: &'a [R],
+    driving_n: &'a [R],
+    /// Rows on either side over which a force is averaged.
+    reach: usize,
+    /// Noise of such an average, N.
+    noise_n: f64,
+}
+
+impl<'a, R: Real> Recorded<'a, R> {
+    /// Of columns of one length.
+    pub fn new(
+        time_s: &'a [f64],
+        position_m: &'a [f64],
+        gas_n: &'a [f64],
+        driving_n: &'a [R],
+    ) -> Self {
+        let row_noise_n = white_noise(gas_n);
+        let rows = (row_noise_n / KNOWN_TO_N).powi(2);
+        let (least, most) = FORCE_REACH;
+        let reach = ((rows / 2.0).ceil() as usize).clamp(least, most);
+        Self {
+            time_s,
+            position_m,
+            gas_n,
+            driving_n,
+            reach,
+            noise_n: row_noise_n / ((2 * reach + 1) as f64).sqrt(),
+        }
+    }
+
+    /// The rows that are averaged around one.
+    fn around(&self, row: usize) -> Range<usize> {
+        row.saturating_sub(self.reach)..(row + self.reach + 1).min(self.time_s.len())
+    }
 }
 
 /// The force on a carriage had it not moved, in the direction in which it left.
@@ -211,40 +247,44 @@ impl<R: Real> Push<R> {
         let from_s = event.at_s - event.history_s();
         let first = time_s
             .partition_point(|&time| time < from_s)
-            .max(FORCE_REACH);
-        let stood = first - FORCE_REACH..first + FORCE_REACH + 1;
-        let place_m = mean(recorded.position_m.get(stood)?);
+            .max(recorded.reach);
+        let place_m = mean(&recorded.position_m[recorded.around(first)]);
         let way = |row: usize| event.direction * (recorded.position_m[row] - place_m);
         let last = (event.row..time_s.len()).find(|&row| way(row) > FIRST_WAY_M)?;
-        let unmoved = |row: usize| -> Option<R> {
-            let rows = row - FORCE_REACH..row + FORCE_REACH + 1;
-            let share = R::from_f64(event.direction / rows.len() as f64);
-            let mut force = air_spring_n_per_m * R::from_f64(way(row).max(0.0));
-            for &driving_n in recorded.driving_n.get(rows)? {
-                force += share * driving_n;
-            }
-            Some(force)
-        };
-        let force_n: Vec<R> = (first..=last).map(unmoved).collect::<Option<_>>()?;
         let begun = (event.row..last).find(|&row| way(row) > STANDING_M)?;
         let left_s = instant(
             &time_s[begun..last],
             &recorded.position_m[begun..last],
             place_m,
         )?;
+        let expanded_m = |rows: Range<usize>| {
+            let ways: Vec<f64> = rows.map(|row| way(row).max(0.0)).collect();
+            mean(&ways)
+        };
+        let unmoved = |row: usize| -> R {
+            let rows = recorded.around(row);
+            let share = R::from_f64(event.direction / rows.len() as f64);
+            let mut force = air_spring_n_per_m * R::from_f64(expanded_m(rows.clone()));
+            for &driving_n in &recorded.driving_n[rows] {
+                force += share * driving_n;
+            }
+            force
+        };
+        let force_n: Vec<R> = (first..=last).map(unmoved).collect();
         let before = event
             .row
-            .checked_sub(2 * FORCE_REACH)
+            .checked_sub(2 * recorded.reach)
             .filter(|&row| row >= first)?;
         let gas_n = |row: usize| {
-            let rows = row - FORCE_REACH..row + FORCE_REACH + 1;
-            let unmoved = air_spring_n_per_m.value() * way(row).max(0.0);
+            let rows = recorded.around(row);
+            let unmoved = air_spring_n_per_m.value() * expanded_m(rows.clone());
             unmoved + event.direction * mean(&recorded.gas_n[rows])
         };
         let level_n = gas_n(event.row);
         // A force that is taken away again before the first way is done has moved a carriage
         // that crept: one that is held a little more firmly would not have left at all.
-        let is_taken_away = |row: usize| gas_n(row) < level_n - BREAKAWAY_NOISE_N;
+        let least_n = BREAKAWAY_NOISE_N.hypot(SURELY * recorded.noise_n);
+        let is_taken_away = |row: usize| gas_n(row) < level_n - least_n;
         if (event.row..=last).any(is_taken_away) {
             return None;
         }
