@@ -6,11 +6,14 @@ use crate::laws::Law;
 /// A misfit whose energy is this much above the noise's shows that something is missing,
 /// effect or none: the declared noise of a sensor is hardly better known (5 % of its size).
 pub(super) const MISSED: f64 = 0.10;
-/// An effect may show at less, as none takes away noise: 2.2 times what the energy of white
-/// noise varies by, which is the root of two over the rows, ...
-const DEVIATIONS: f64 = 2.2;
-/// ... and no less than what is taken for noise when effects are judged.
-pub(super) const TO_THE_NOISE: f64 = 0.05;
+/// An effect may show at less, as none takes away noise: from four times on what the energy of
+/// white noise varies by, which is the root of two over the rows.
+const WORTH_A_SEARCH_DEVIATIONS: f64 = 4.0;
+/// A misfit whose energy is no more than this above the noise's is taken for noise when
+/// effects are judged ...
+const TO_THE_NOISE: f64 = 0.05;
+/// ... and where nothing is plainly missed, so many times what it varies by.
+const TO_THE_NOISE_DEVIATIONS: f64 = 2.0;
 /// The same where the noise is a floor that was set and not one that was
 /// declared: forces below it are not looked for, and it is no better known than
 /// by this (healthy rigs were seen up to 0.6 above it).
@@ -27,8 +30,21 @@ impl Bench<'_> {
         if self.law == Law::Balance {
             return MISSED_OF_FORCES;
         }
-        let varies = (2.0 / self.rows().max(1) as f64).sqrt();
-        (DEVIATIONS * varies).clamp(TO_THE_NOISE, MISSED)
+        (WORTH_A_SEARCH_DEVIATIONS * self.noise_varies()).min(MISSED)
+    }
+
+    /// How much the energy of white noise varies, in units of it.
+    fn noise_varies(&self) -> f64 {
+        (2.0 / self.rows().max(1) as f64).sqrt()
+    }
+
+    /// From which excess on a misfit is told from noise, when effects are judged that explain
+    /// what this baseline misses.
+    pub(super) fn told_from_noise(&self, baseline: &Fitted) -> f64 {
+        if self.law == Law::Balance || self.misses_plainly(baseline) {
+            return TO_THE_NOISE;
+        }
+        (TO_THE_NOISE_DEVIATIONS * self.noise_varies()).min(TO_THE_NOISE)
     }
 
     /// Whether a model misses so much of an output that effects are looked for in it.

@@ -35,7 +35,7 @@ mod assemble;
 #[cfg(test)]
 mod drawn;
 
-use crate::inspect::{self, Fault};
+use crate::inspect::{self, Fault, Inspection};
 use crate::laws::{Law, Output, Track};
 use crate::model::Side;
 use crate::plant;
@@ -179,7 +179,9 @@ pub fn diagnose<E>(
     progress: &dyn Fn(&str),
 ) -> Result<Diagnosis, E> {
     progress("checking the recordings");
-    let faults = faults(rig, &train);
+    let look = |recording: &Recording| inspect::inspect(rig, recording);
+    let inspections: Vec<Inspection> = train.iter().map(look).collect();
+    let faults = faults(&train, &inspections);
     let recorded = |name: &str| {
         train
             .iter()
@@ -215,7 +217,8 @@ pub fn diagnose<E>(
         }
     }
     let improved_rig = assemble::improved_rig(rig, &laws);
-    let verdict = assemble::verdict(rig, &laws, &faults, &train, &held_out);
+    let mut verdict = assemble::verdict(rig, &laws, &faults, &train, &held_out);
+    verdict.notes.extend(inspect::noise_doubts(&inspections));
     Ok(Diagnosis {
         verdict,
         laws,
@@ -277,15 +280,12 @@ fn without_passing_offsets(recordings: &[Recording], law: &LawDiagnosis) -> Opti
 }
 
 /// Faults of the recordings, with the name of the recording.
-fn faults(rig: &Rig, recordings: &[Recording]) -> Vec<(String, Fault)> {
-    recordings
-        .iter()
-        .flat_map(|recording| {
-            let name = recording.name.clone();
-            inspect::inspect(rig, recording)
-                .faults
-                .into_iter()
-                .map(move |fault| (name.clone(), fault))
+fn faults(recordings: &[Recording], inspections: &[Inspection]) -> Vec<(String, Fault)> {
+    let of_each = recordings.iter().zip(inspections);
+    of_each
+        .flat_map(|(recording, inspection)| {
+            let named = |fault: &Fault| (recording.name.clone(), fault.clone());
+            inspection.faults.iter().map(named)
         })
         .collect()
 }

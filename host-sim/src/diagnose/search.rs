@@ -13,7 +13,6 @@ use crate::laws::{Law, balance, median_step_s};
 use super::fitted::{Bench, Fitted, Set};
 use super::intermittent;
 use super::materiality::Mark;
-use super::misfit::TO_THE_NOISE;
 use crate::fit::Presence;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -43,9 +42,8 @@ pub const MATERIAL_SHARE: f64 = 0.15 * 0.15;
 pub const PLAIN_RATIO: f64 = 0.85;
 /// ... and beside other effects on long recordings, to this.
 const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
-/// Misfits below this part of the noise variance are not looked at: the least
-/// denominator of a share.
-const LEAST_MISFIT: f64 = 0.05;
+/// Forces are told apart down to this part of the energy of their floor, which was set.
+const UNDER_THE_FLOOR: f64 = 0.05;
 
 /// Effects that do nothing, at their smallest, but shift a signal in time.
 const SHIFTS_IN_TIME: [&str; 3] = ["position-time-skew", "pressure-sensor-lag", "valve-delay"];
@@ -424,6 +422,8 @@ struct Judge<'a> {
     /// Ranked only, not fitted to the end.
     ranked: Vec<Fitted>,
     fits: usize,
+    /// The least misfit that is looked at, in units of the noise's energy.
+    told_from_noise: f64,
 }
 
 impl<'a> Judge<'a> {
@@ -435,6 +435,7 @@ impl<'a> Judge<'a> {
             fitted: vec![baseline.clone()],
             ranked: Vec::new(),
             fits: 0,
+            told_from_noise: bench.told_from_noise(baseline),
         }
     }
 
@@ -443,7 +444,7 @@ impl<'a> Judge<'a> {
     /// what a single break-away can be made to fit by.
     fn score(&self, fitted: &Fitted) -> f64 {
         let floor = if self.bench.law == Law::Balance {
-            LEAST_MISFIT
+            UNDER_THE_FLOOR
         } else {
             1.0
         };
@@ -486,7 +487,7 @@ impl<'a> Judge<'a> {
         let outputs = fitted.mean_square.iter().zip(&self.bench.noise);
         outputs
             .into_iter()
-            .all(|(square, noise)| square / noise.powi(2) - 1.0 < TO_THE_NOISE)
+            .all(|(square, noise)| square / noise.powi(2) - 1.0 < self.told_from_noise)
     }
 
     /// The best models, one per set; none with an effect that is another one there.
@@ -718,7 +719,7 @@ impl<'a> Judge<'a> {
     /// Energy of the misfit above the noise, per output.
     fn misfit(&self, squares: &[f64], output: usize) -> f64 {
         let noise = self.bench.noise[output].powi(2);
-        (mean(squares) - noise).max(LEAST_MISFIT * noise)
+        (mean(squares) - noise).max(self.told_from_noise * noise)
     }
 
     /// Best over the outputs of the RMS error of one model over another's.
@@ -753,7 +754,7 @@ impl<'a> Judge<'a> {
         let (mine, theirs) = (self.judged(with), self.judged(without));
         let missing = |output: usize| {
             let noise = self.bench.noise[output].powi(2);
-            (self.baseline.mean_square[output] - noise).max(LEAST_MISFIT * noise)
+            (self.baseline.mean_square[output] - noise).max(self.told_from_noise * noise)
         };
         let improvement = |output: usize| {
             let energy = self.misfit(&theirs[output], output) - self.misfit(&mine[output], output);

@@ -245,15 +245,32 @@ fn notes(recording: &Recording, signals: &[SignalReport]) -> Vec<String> {
 
 fn noise_note(signal: &SignalReport) -> Option<String> {
     let declared = signal.declared_noise?;
-    if !signal.noise_visible || signal.noise <= 0.0 {
-        return None;
-    }
     let ratio = signal.noise / declared;
-    let off = !(1.0 / NOISE_FACTOR..=NOISE_FACTOR).contains(&ratio);
-    off.then(|| {
+    // Noise that does not show is at most the figure: more may be declared than that, not less.
+    let is_off = ratio < 1.0 / NOISE_FACTOR || signal.noise_visible && ratio > NOISE_FACTOR;
+    (is_off && signal.noise > 0.0).then(|| {
         format!(
-            "{}: measured noise {:.3e} {} is {ratio:.2} times the declared {declared:.3e} (SI units in the rig?)",
+            "{}: measured noise {:.3e} {}, declared {declared:.3e} (a rig's noise is in SI units)",
             signal.name, signal.noise, signal.unit
         )
     })
+}
+
+/// What is to be said of the noise that a rig declares: the first note on each signal.
+pub fn noise_doubts(inspections: &[Inspection]) -> Vec<String> {
+    let signals = inspections
+        .iter()
+        .flat_map(|inspection| &inspection.signals);
+    let mut doubted: Vec<&str> = Vec::new();
+    let mut doubts = Vec::new();
+    for signal in signals {
+        let Some(note) = noise_note(signal) else {
+            continue;
+        };
+        if !doubted.contains(&signal.name.as_str()) {
+            doubted.push(&signal.name);
+            doubts.push(note);
+        }
+    }
+    doubts
 }
