@@ -282,7 +282,7 @@ impl<R: Real> Pneumatics<R> {
             |pressure_pa| self.path_flows(paths, within(pressure_pa)),
             &TubeEnd {
                 pressure_pa: gas.pressure_pa,
-                pa_per_kg: self.pa_per_kg(chamber, gas, position_m),
+                pa_per_kg: self.pa_per_kg(chamber, gas.temperature_k, position_m),
                 resistance_pa_s_per_kg: needle,
             },
             dt_s,
@@ -290,8 +290,8 @@ impl<R: Real> Pneumatics<R> {
     }
 
     /// How much the pressure of a chamber rises per mass let in.
-    fn pa_per_kg(&self, chamber: &Chamber<R>, gas: GasState<R>, position_m: R) -> R {
-        self.gas.heat_capacity_ratio * self.gas.gas_constant_j_per_kg_k * gas.temperature_k
+    fn pa_per_kg(&self, chamber: &Chamber<R>, temperature_k: R, position_m: R) -> R {
+        self.gas.heat_capacity_ratio * self.gas.gas_constant_j_per_kg_k * temperature_k
             / chamber.geometry.volume_m3(position_m)
     }
 
@@ -320,12 +320,45 @@ impl<R: Real> Pneumatics<R> {
         ]
     }
 
+    /// How fast leaks change the force of the gas towards +x, N/s: nought, at once, where
+    /// there are none.
+    #[inline]
+    pub(crate) fn leaks_n_per_s(&self, state: &PneumaticState<R>, position_m: R, dt_s: R) -> R {
+        let losses = self.leak_a.is_present() || self.leak_b.is_present();
+        if losses || self.piston_leak.is_present() {
+            self.leaking_n_per_s(state, position_m, dt_s)
+        } else {
+            R::ZERO
+        }
+    }
+
+    #[inline(never)]
+    fn leaking_n_per_s(&self, state: &PneumaticState<R>, position_m: R, dt_s: R) -> R {
+        let n_per_kg = |chamber: &Chamber<R>, temperature_k| {
+            chamber.geometry.area_m2 * self.pa_per_kg(chamber, temperature_k, position_m)
+        };
+        let lost = |chamber: &Chamber<R>, leak: &ChamberLeakage<R>, state| {
+            let gas = chamber.offered(state);
+            let (out_kg_per_s, _) = leak.outflow(&self.law, gas, self.ambient);
+            n_per_kg(chamber, gas.temperature_k) * out_kg_per_s
+        };
+        let Crossing {
+            into_kg_per_s: into_b,
+            temperature_k,
+        } = self.crossing(state, position_m, dt_s);
+        let crossed =
+            n_per_kg(&self.chamber_a, temperature_k) + n_per_kg(&self.chamber_b, temperature_k);
+        lost(&self.chamber_b, &self.leak_b, &state.b)
+            - lost(&self.chamber_a, &self.leak_a, &state.a)
+            - crossed * into_b
+    }
+
     /// What crosses the piston from a into b.
     fn crossing(&self, state: &PneumaticState<R>, position_m: R, dt_s: R) -> Crossing<R> {
         let a = self.chamber_a.offered(&state.a);
         let b = self.chamber_b.offered(&state.b);
-        let pa_per_kg = self.pa_per_kg(&self.chamber_a, a, position_m)
-            + self.pa_per_kg(&self.chamber_b, b, position_m);
+        let pa_per_kg = self.pa_per_kg(&self.chamber_a, a.temperature_k, position_m)
+            + self.pa_per_kg(&self.chamber_b, b.temperature_k, position_m);
         self.piston_leak
             .crossing(&self.law, (a, b), pa_per_kg, dt_s)
     }

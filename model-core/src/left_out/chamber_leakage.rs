@@ -33,6 +33,12 @@ impl<R: Real> ChamberLeakage<R> {
         orifice_area_m2: R::ZERO,
     };
 
+    /// Whether there is a leak at all.
+    #[inline]
+    pub fn is_present(&self) -> bool {
+        self.orifice_area_m2 != R::ZERO || self.laminar_kg_per_s_pa2 != R::ZERO
+    }
+
     /// The same leak, open to this part.
     #[must_use]
     pub fn scaled(&self, share: R) -> Self {
@@ -45,7 +51,7 @@ impl<R: Real> ChamberLeakage<R> {
     /// Flow out of the chamber and its slope by the chamber's pressure.
     #[inline]
     pub fn outflow(&self, law: &FlowLaw<R>, chamber: GasState<R>, ambient: GasState<R>) -> (R, R) {
-        if self.orifice_area_m2 == R::ZERO && self.laminar_kg_per_s_pa2 == R::ZERO {
+        if !self.is_present() {
             return (R::ZERO, R::ZERO);
         }
         let OrificeFlow {
