@@ -9,7 +9,7 @@ use super::{
 use crate::diagnose::proof::Run;
 use crate::diagnose::unknown_force;
 use crate::diagnose::verdict::{FitFigures, Verdict};
-use crate::diagnose::{Diagnosis, LawDiagnosis, Model, words};
+use crate::diagnose::{Diagnosis, LawDiagnosis, Model, summary, words};
 use crate::identify::Residuals;
 use crate::laws::{Output, Track};
 use crate::recording::Recording;
@@ -61,6 +61,7 @@ pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Proven
     let mut page = Page::new(title);
     page.lead(lead(verdict));
     tiles(&mut page, rig, diagnosis);
+    page.section("In short", |section| section.table(in_short(diagnosis)));
     page.section("Where the misfit sits", |section| {
         where_it_sits(section, rig, diagnosis)
     });
@@ -78,6 +79,15 @@ pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Proven
     let fits: usize = diagnosis.laws.iter().map(|law| law.fits).sum();
     page.provenance(how.fact("models fitted", fits));
     page
+}
+
+/// The five lines of the terminal.
+fn in_short(diagnosis: &Diagnosis) -> Table {
+    let lines = summary::five_lines(diagnosis).into_iter();
+    lines.fold(
+        Table::new(["question", "answer"]),
+        |table, (label, line)| table.row([Cell::from(label), Cell::from(line)]),
+    )
 }
 
 /// The sentence; where effects are named, without their sizes, which follow in

@@ -2,8 +2,8 @@
 
 use super::{CommandError, inputs};
 use crate::charts;
-use crate::diagnose::verdict::{FitFigures, Kind, Verdict};
-use crate::diagnose::{Diagnosis, diagnose, words};
+use crate::diagnose::{Diagnosis, diagnose, summary, words};
+use crate::recording::Recording;
 use crate::report::Page;
 use crate::rig::Rig;
 use clap::Args;
@@ -59,12 +59,17 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
         inputs::write_json(path, &diagnosis.verdict)?;
     }
     if let Some(path) = &arguments.improved_rig {
-        inputs::write_text(path, &diagnosis.improved_rig.to_toml())?;
+        let rig = format!(
+            "{}{}",
+            improved_rig_header(&diagnosis),
+            diagnosis.improved_rig.to_toml()
+        );
+        inputs::write_text(path, &rig)?;
     }
     if let Some(path) = &arguments.report {
         inputs::write_page(path, &page(arguments, &rig, &diagnosis))?;
     }
-    summary(&diagnosis, out)?;
+    show(&diagnosis, out)?;
     writeln!(out, "{:.1} s", started.elapsed().as_secs_f64())?;
     Ok(())
 }
@@ -92,108 +97,30 @@ fn page(arguments: &DiagnoseArguments, rig: &Rig, diagnosis: &Diagnosis) -> Page
     charts::diagnosis_page(&title, rig, diagnosis, how)
 }
 
-/// Five lines: what, where, how sure, how much better, what next.
-fn summary(diagnosis: &Diagnosis, out: &mut dyn Write) -> Result<(), CommandError> {
-    let verdict = &diagnosis.verdict;
-    writeln!(out, "what     {}", verdict.sentence)?;
-    writeln!(out, "where    {}", places(verdict))?;
-    writeln!(out, "how sure {}", certainty(verdict))?;
-    writeln!(out, "better   {}", improvement(verdict))?;
-    let next = verdict.next_experiment.as_deref();
-    writeln!(
-        out,
-        "next     {}",
-        next.unwrap_or(default_next(verdict.verdict))
-    )?;
-    for note in &verdict.notes {
+/// Where the numbers of an improved rig come from, as comments.
+fn improved_rig_header(diagnosis: &Diagnosis) -> String {
+    let names = |recordings: &[Recording]| -> String {
+        let names: Vec<String> = recordings.iter().map(|one| one.name.clone()).collect();
+        words::list(&names)
+    };
+    let held_out = if diagnosis.held_out.is_empty() {
+        "not proved on other recordings".to_owned()
+    } else {
+        format!("judged by {}", names(&diagnosis.held_out))
+    };
+    format!(
+        "# Improved by `pneuma diagnose`: fitted to {}, {held_out}.\n# {}\n# [uncertainty] is as it was given: how well the numbers are known now is in the verdict.\n",
+        names(&diagnosis.train),
+        diagnosis.verdict.sentence
+    )
+}
+
+fn show(diagnosis: &Diagnosis, out: &mut dyn Write) -> Result<(), CommandError> {
+    for (label, line) in summary::five_lines(diagnosis) {
+        writeln!(out, "{label:8} {line}")?;
+    }
+    for note in &diagnosis.verdict.notes {
         writeln!(out, "note     {note}")?;
     }
     Ok(())
-}
-
-fn places(verdict: &Verdict) -> String {
-    let places: Vec<String> = verdict
-        .located
-        .iter()
-        .map(|located| {
-            format!(
-                "{} ({:.0} % of the misfit; {})",
-                located.place,
-                100.0 * located.share,
-                located.when
-            )
-        })
-        .collect();
-    if places.is_empty() {
-        "nowhere".into()
-    } else {
-        places.join("; ")
-    }
-}
-
-fn certainty(verdict: &Verdict) -> String {
-    let effects: Vec<String> = verdict
-        .effects
-        .iter()
-        .map(|effect| format!("{} {:.2}", effect.effect, effect.probability))
-        .collect();
-    let word = serde_json::to_value(verdict.verdict).map_or_else(
-        |_| String::new(),
-        |value| value.as_str().unwrap_or_default().to_owned(),
-    );
-    if effects.is_empty() {
-        word
-    } else {
-        format!("{word}: {}", effects.join(", "))
-    }
-}
-
-/// Free-run errors, held out where there are any.
-fn improvement(verdict: &Verdict) -> String {
-    let fit = &verdict.fit;
-    let held = !fit.refitted.free_run_held_out.is_empty();
-    let pick = |figures: &FitFigures| {
-        if held {
-            figures.free_run_held_out.clone()
-        } else {
-            figures.free_run_train.clone()
-        }
-    };
-    let (given, refitted, improved) = (
-        pick(&fit.as_given),
-        pick(&fit.refitted),
-        pick(&fit.improved),
-    );
-    let line = |(signal, after): (&String, &f64)| {
-        let before = refitted.get(signal).copied().unwrap_or(f64::NAN);
-        let first = given.get(signal).copied().unwrap_or(f64::NAN);
-        format!(
-            "{signal} rms {} as given, {} refitted, {} improved",
-            words::digits(first),
-            words::digits(before),
-            words::digits(*after)
-        )
-    };
-    if improved.is_empty() {
-        return "nothing was fitted".into();
-    }
-    let lines: Vec<String> = improved.iter().map(line).collect();
-    let which = if held {
-        "held out"
-    } else {
-        "training (nothing was held out)"
-    };
-    format!("{which}, free run, SI: {}", lines.join("; "))
-}
-
-fn default_next(kind: Kind) -> &'static str {
-    match kind {
-        Kind::DataFault => "Mend the recording and run again.",
-        Kind::Unknown => {
-            "Record the same motion at other speeds and pressures: the shape of the missing term will tell."
-        }
-        _ => {
-            "Nothing is needed for this verdict; a recording at other speeds and pressures would test it further."
-        }
-    }
 }

@@ -106,6 +106,12 @@ pub(super) fn check_outputs(inputs: &[&PathBuf], outputs: &[&PathBuf]) -> Result
                 "{shown}: is to hold two outputs, expected a file for each"
             )));
         }
+        let folder = output.parent().filter(|path| !path.as_os_str().is_empty());
+        if folder.is_some_and(|folder| !folder.is_dir()) {
+            return Err(bad_input(format!(
+                "{shown}: is in no folder that there is, expected one to write to"
+            )));
+        }
         if output.exists() && !output.is_file() {
             return Err(bad_input(format!(
                 "{shown}: is no regular file, expected one to write to"
@@ -115,15 +121,46 @@ pub(super) fn check_outputs(inputs: &[&PathBuf], outputs: &[&PathBuf]) -> Result
     Ok(())
 }
 
-/// Refuses a recording that is to teach and to judge.
+/// Refuses a row of a recording that is given twice: fitted to twice it counts for two, and
+/// held out as well it proves nothing.
 pub(super) fn check_apart(train: &[PathBuf], held_out: &[PathBuf]) -> Result<(), CommandError> {
-    match held_out.iter().find(|path| train.contains(path)) {
-        Some(path) => Err(bad_input(format!(
-            "{}: is both training and held out, expected different recordings",
-            file_name(&path.display().to_string())
-        ))),
-        None => Ok(()),
+    let all: Vec<&PathBuf> = train.iter().chain(held_out).collect();
+    for (place, path) in all.iter().enumerate() {
+        let Some(other) = all[..place].iter().position(|other| overlap(other, path)) else {
+            continue;
+        };
+        let shown = file_name(&path.display().to_string());
+        return Err(bad_input(if other < train.len() && place >= train.len() {
+            format!(
+                "{shown}: holds rows that are trained on too ({}), expected different recordings",
+                file_name(&all[other].display().to_string())
+            )
+        } else {
+            format!("{shown}: holds rows that are given twice, expected each recording once")
+        }));
     }
+    Ok(())
+}
+
+/// Whether two recordings, or parts of them, share rows; a copy under another name is the same
+/// file. What cannot be read is refused where it is read.
+fn overlap(one: &Path, other: &Path) -> bool {
+    let ((one, a), (other, b)) = (file_and_part(one), file_and_part(other));
+    if a.0 >= b.1 || b.0 >= a.1 {
+        return false;
+    }
+    let length = |path: &Path| fs::metadata(path).map(|data| data.len()).ok();
+    length(&one).is_some()
+        && length(&one) == length(&other)
+        && fs::read(&one).ok() == fs::read(&other).ok()
+}
+
+/// The file of an argument, and the part of its rows in percent.
+fn file_and_part(path: &Path) -> (PathBuf, (f64, f64)) {
+    let text = path.to_string_lossy();
+    let part = text.rsplit_once('@').filter(|_| !path.exists());
+    let part = part.and_then(|(file, part)| Some((file.into(), percentages(part)?)));
+    part.unwrap_or((path.into(), (0.0, 100.0)))
 }
 
 /// The laws that the rig describes and its signals drive; one line where there

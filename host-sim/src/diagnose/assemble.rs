@@ -486,19 +486,19 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
     all
 }
 
-/// What held-out data leave open of the signals of laws in which something is named.
+/// What held-out data leave open, where something is named.
 fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String> {
     let of = |figures: &FitFigures, signal| figures.free_run_held_out.get(signal).copied();
-    let outputs = laws
-        .iter()
-        .filter(|law| !law.improved.set.is_empty())
-        .flat_map(|law| law.law.outputs(rig));
+    if laws.iter().all(|law| law.improved.set.is_empty()) {
+        return Vec::new();
+    }
+    let outputs = laws.iter().flat_map(|law| law.law.outputs(rig));
     let note = |output: Output| {
         let signal = output.signal;
         let times = of(&fit.improved, signal)? / of(&fit.noise_floor, signal)?;
         (times > UNEXPLAINED).then(|| {
             format!(
-                "{signal}: {times:.0} times the noise floor is still unexplained on held-out data"
+                "{signal}: {times:.1} times the noise floor is still unexplained on held-out data"
             )
         })
     };

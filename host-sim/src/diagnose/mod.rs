@@ -15,6 +15,7 @@
 
 pub mod candidates;
 pub mod fitted;
+mod gaps;
 mod intermittent;
 pub mod knowability;
 pub mod locate;
@@ -26,6 +27,7 @@ pub mod noise;
 mod phrase;
 pub mod proof;
 pub mod search;
+pub mod summary;
 pub mod unknown_force;
 mod unknown_input;
 pub mod verdict;
@@ -182,6 +184,7 @@ pub fn diagnose<E>(
     let look = |recording: &Recording| inspect::inspect(rig, recording);
     let inspections: Vec<Inspection> = train.iter().map(look).collect();
     let faults = faults(&train, &inspections);
+    let (train, mut notes) = gaps::parted(rig, train);
     let recorded = |name: &str| {
         train
             .iter()
@@ -202,7 +205,8 @@ pub fn diagnose<E>(
         }
     }
     progress("reading the held-out recordings");
-    let held_out = read_held_out()?;
+    let (held_out, of_held_out) = gaps::parted(rig, read_held_out()?);
+    notes.extend(of_held_out);
     let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     for law in &mut laws {
         law.held_out = runs(law.law, rig, &tracks, &law.frozen);
@@ -218,7 +222,10 @@ pub fn diagnose<E>(
     }
     let improved_rig = assemble::improved_rig(rig, &laws);
     let mut verdict = assemble::verdict(rig, &laws, &faults, &train, &held_out);
-    verdict.notes.extend(inspect::noise_doubts(&inspections));
+    notes.extend(inspect::noise_doubts(&inspections));
+    notes.extend(unrefitted(rig));
+    notes.extend(unjudged(rig, &laws));
+    verdict.notes.extend(notes);
     Ok(Diagnosis {
         verdict,
         laws,
@@ -226,6 +233,30 @@ pub fn diagnose<E>(
         train,
         held_out,
     })
+}
+
+/// What is to be said of a rig that holds no number to be uncertain.
+fn unrefitted(rig: &Rig) -> Option<String> {
+    let note = "the rig has no [uncertainty]: no number was refitted, and a wrong nameplate value looks like missing physics";
+    rig.uncertainty.is_empty().then(|| note.to_owned())
+}
+
+/// Of what the rig describes, what these signals say nothing of.
+fn unjudged(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
+    let judged = |law: Law| laws.iter().any(|one| one.law == law);
+    let moves = judged(Law::Carriage) || judged(Law::Force);
+    let described = [
+        (
+            rig.chambers.is_some() && !judged(Law::Chambers),
+            "the valve, the chambers and the supply were not judged: that takes x, a chamber's pressure and, with a valve, u",
+        ),
+        (
+            rig.carriage.is_some() && !moves,
+            "the carriage and its friction were not judged: that takes x with both pressures, or a force",
+        ),
+    ];
+    let silent = described.iter().filter(|(is_silent, _)| *is_silent);
+    silent.map(|(_, note)| (*note).to_owned()).collect()
 }
 
 /// The rig with what a law has shown of the sensors: the laws that use them
