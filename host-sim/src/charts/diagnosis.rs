@@ -8,7 +8,7 @@ use super::{
 };
 use crate::diagnose::proof::Run;
 use crate::diagnose::unknown_force;
-use crate::diagnose::verdict::{FitFigures, Verdict};
+use crate::diagnose::verdict::{FitFigures, Verdict, WouldShow};
 use crate::diagnose::{Diagnosis, LawDiagnosis, Model, summary, words};
 use crate::identify::Residuals;
 use crate::laws::{Output, Track};
@@ -75,6 +75,11 @@ pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Proven
             confusions(section, verdict);
         },
     );
+    if !verdict.would_show.is_empty() {
+        page.section("What these recordings would have shown", |section| {
+            would_have_shown(section, verdict)
+        });
+    }
     page.section("Parameters", |section| parameters(section, verdict));
     let fits: usize = diagnosis.laws.iter().map(|law| law.fits).sum();
     page.provenance(how.fact("models fitted", fits));
@@ -547,6 +552,32 @@ fn confusions(section: &mut Section, verdict: &Verdict) {
         section.subheading("What to record next");
         section.text(next.clone());
     }
+}
+
+/// From which size on effects that are not there would have been looked into.
+fn would_have_shown(section: &mut Section, verdict: &Verdict) {
+    section.text(
+        "Where a law is explained to the noise, from these sizes on an effect would have left a misfit that a refit cannot take up.",
+    );
+    let headings = [
+        "effect",
+        "would show from",
+        "matters from",
+        "could be there",
+    ];
+    let row = |table: Table, effect: &WouldShow| {
+        let places: Vec<&str> = effect.places.iter().map(String::as_str).collect();
+        let what = words::effect_at_places(&effect.effect, effect.form.as_deref(), &places);
+        let from = effect.from.as_ref();
+        table.row([
+            Cell::from(what),
+            Cell::from(from.map_or("no size".into(), words::sizes)),
+            Cell::from(words::sizes(&effect.matters_from)),
+            Cell::from(if effect.hides { "yes" } else { "" }),
+        ])
+    };
+    let table = Table::new(headings);
+    section.table(verdict.would_show.iter().fold(table, row));
 }
 
 fn parameters(section: &mut Section, verdict: &Verdict) {

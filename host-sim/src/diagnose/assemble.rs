@@ -9,7 +9,7 @@ use super::verdict::{
     Verdict,
 };
 use super::words::{self, Size};
-use super::{LawDiagnosis, Model, knowability, unknown_force};
+use super::{LawDiagnosis, Model, knowability, shown, unknown_force};
 use crate::fit::Presence;
 use crate::inspect::Fault;
 use crate::laws::Output;
@@ -74,6 +74,7 @@ pub fn verdict(
         next_experiment: next_experiment(kind, laws),
         alternatives,
         not_observable: not_observable(laws),
+        would_show: shown::would_show(laws),
         unknown_term,
         fit,
         parameters: parameters(rig, laws),
@@ -95,6 +96,8 @@ fn kind(
         Kind::NotObservable
     } else if unknown {
         Kind::Unknown
+    } else if !named && shown::is_blind(laws) {
+        Kind::NotObservable
     } else if !named {
         Kind::NothingMissing
     } else if alternatives.is_empty() {
@@ -516,6 +519,7 @@ fn refuted_note(law: &LawDiagnosis) -> Option<String> {
 fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit, train: &[Recording]) -> Vec<String> {
     let mut notes: Vec<String> = laws.iter().flat_map(|law| law.screened.clone()).collect();
     notes.extend(laws.iter().filter_map(refuted_note));
+    notes.extend(shown::hidden_note(laws));
     notes.extend(unexplained_notes(rig, laws, fit));
     for law in laws {
         for (place, &index) in law.improved.set.iter().enumerate() {
@@ -562,8 +566,10 @@ fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit, train: &[Recording]) -> Ve
 /// Effects that no law at hand could show, whether for want of a signal or of
 /// excitation.
 fn not_observable(laws: &[LawDiagnosis]) -> Vec<String> {
+    let silent = shown::at_no_size(laws);
     let tried = laws.iter().flat_map(|law| law.candidates.iter());
-    knowability::not_observable(tried.map(|candidate| candidate.effect))
+    let effects = tried.map(|candidate| candidate.effect);
+    knowability::not_observable(effects.filter(|effect| !silent.contains(effect)))
 }
 
 fn next_experiment(kind: Kind, laws: &[LawDiagnosis]) -> Option<String> {
@@ -573,6 +579,10 @@ fn next_experiment(kind: Kind, laws: &[LawDiagnosis]) -> Option<String> {
             let names = [accepted, rival].map(|index| law.candidates[index].effect);
             Some(words::what_to_record(law.next_experiment.as_ref(), names))
         }),
+        Kind::NothingMissing | Kind::NotObservable if !laws.is_empty() => {
+            let hidden = shown::hidden(laws);
+            (!hidden.is_empty()).then(|| words::ruling_out(&hidden))
+        }
         Kind::NotObservable => Some(
             "Record the signals that a law of this rig needs: x with p_a or p_b for the chambers, \
              x with force or both pressures for the carriage, u with x for an actuator."
@@ -605,6 +615,9 @@ fn sentence(
                 text.trim_end_matches('.')
             )
         }
+        Kind::NotObservable if !laws.is_empty() => {
+            "These recordings would show none of the effects that were looked for, in whatever size: nothing can be said of what is missing.".into()
+        }
         Kind::NotObservable => {
             "These signals drive no law of this rig: nothing can be said of its physics.".into()
         }
@@ -622,12 +635,22 @@ fn beside_sentence(term: &UnknownTerm) -> String {
 }
 
 fn nothing_missing(laws: &[LawDiagnosis]) -> String {
-    if !laws.iter().any(|law| law.missed) {
-        "Nothing is missing: with its ordinary parameters refitted the model explains the recordings to the noise.".into()
-    } else {
-        "Nothing material is missing: no effect makes the recordings materially better predicted."
-            .into()
+    if laws.iter().any(|law| law.missed) {
+        return "Nothing material is missing: no effect makes the recordings materially better predicted."
+            .into();
     }
+    let (silent, tried) = (shown::at_no_size(laws).len(), shown::tried(laws).len());
+    let nothing = if silent == 0 {
+        "Nothing is missing".to_owned()
+    } else {
+        let shown = tried - silent;
+        format!(
+            "Nothing is missing of the {shown} of {tried} effects that these recordings would show"
+        )
+    };
+    format!(
+        "{nothing}: with its ordinary parameters refitted the model explains the recordings to the noise."
+    )
 }
 
 fn unknown_sentence(laws: &[LawDiagnosis], missing: Option<&UnknownTerm>) -> String {

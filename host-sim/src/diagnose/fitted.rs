@@ -533,6 +533,15 @@ impl<'a> Bench<'a> {
         })
     }
 
+    /// Hands out the law with the effects of a model.
+    pub(super) fn with_model<T>(
+        &self,
+        model: &Fitted,
+        work: impl FnOnce(&LawProblem<'_>) -> T,
+    ) -> T {
+        self.with_problem(&model.set, self.tracks, model.presence.as_ref(), work)
+    }
+
     /// Hands out the law with a set of effects, on some tracks, unfitted.
     fn with_problem<T>(
         &self,

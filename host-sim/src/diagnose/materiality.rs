@@ -25,6 +25,21 @@ impl Mark {
             Self::UpTo(most) => size > most,
         }
     }
+
+    /// A size that is so many times weaker.
+    pub fn weaker(self, size: f64, times: f64) -> f64 {
+        match self {
+            Self::From(_) => size / times,
+            Self::UpTo(_) => size * times,
+        }
+    }
+
+    /// The size at which it begins to matter.
+    pub fn size(self) -> f64 {
+        match self {
+            Self::From(size) | Self::UpTo(size) => size,
+        }
+    }
 }
 
 /// Part of the Coulomb level that an integrator holds: 0.4 N of 20 N, 0.8 kPa on the piston.
@@ -86,6 +101,19 @@ fn forces(rig: &Rig) -> Vec<(&'static str, Mark)> {
         ),
         ("dwell-stiction.rise_N", Mark::From(BREAK_AWAY_RISE_N)),
     ];
+    if let Some(stroke_m) = rig.value("cylinder.stroke_m") {
+        let way_m = 0.5 * stroke_m;
+        known.extend([
+            (
+                "position-dependent-friction.slope_per_m",
+                Mark::From(FRICTION_SHARE / way_m),
+            ),
+            (
+                "position-dependent-friction.curvature_per_m2",
+                Mark::From(FRICTION_SHARE / way_m.powi(2)),
+            ),
+        ]);
+    }
     if let Some(least_n) = least_force_n(rig) {
         let by_pressure = Mark::From(least_n / BAR_PA);
         known.extend([

@@ -1,6 +1,6 @@
 //! What counts as a misfit.
 
-use super::fitted::{Bench, Fitted};
+use super::fitted::{Bench, Columns, Fitted};
 use crate::laws::Law;
 
 /// A misfit whose energy is this much above the noise's shows that something is missing,
@@ -50,6 +50,21 @@ impl Bench<'_> {
     /// Whether a model misses so much of an output that effects are looked for in it.
     pub(super) fn may_miss(&self, model: &Fitted, output: usize) -> bool {
         self.excess(model, output) > self.worth_a_search()
+    }
+
+    /// How a misfit that comes to the noise compares with what is looked into, in the output
+    /// that shows it most: from 1 on effects would be looked for.
+    pub(super) fn over_what_is_looked_into(&self, misfits: &[Columns]) -> f64 {
+        let of_output = |(output, noise): (usize, &f64)| {
+            let columns = misfits.iter().map(|columns| &columns[output]);
+            let told = columns.flatten().filter(|value| !value.is_nan());
+            let (squares, rows) = told.fold((0.0, 0_usize), |(sum, rows), value| {
+                (sum + value * value, rows + 1)
+            });
+            squares / rows.max(1) as f64 / noise.powi(2) / self.worth_a_search()
+        };
+        let outputs = self.noise.iter().enumerate();
+        outputs.map(of_output).fold(0.0, f64::max)
     }
 
     /// Whether effects are looked for at all.

@@ -18,6 +18,7 @@ pub mod fitted;
 mod gaps;
 mod intermittent;
 pub mod knowability;
+pub mod limits;
 pub mod locate;
 mod loose_load;
 pub mod materiality;
@@ -27,6 +28,7 @@ pub mod noise;
 mod phrase;
 pub mod proof;
 pub mod search;
+mod shown;
 pub mod summary;
 pub mod unknown_force;
 mod unknown_input;
@@ -45,6 +47,7 @@ use crate::recording::Recording;
 use crate::rig::Rig;
 use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
+use limits::Limit;
 use locate::Located;
 use misfit::MISSED;
 use next_experiment::NextExperiment;
@@ -119,6 +122,8 @@ pub struct LawDiagnosis {
     pub held_out: Vec<Vec<Option<Run>>>,
     /// What the excitation cannot show, and why.
     pub screened: Vec<String>,
+    /// From which size on each candidate would have shown, where nothing does.
+    pub limits: Vec<Limit>,
     /// Number of fits made.
     pub fits: usize,
     /// Work done, as seconds of a reference core (see [`fitted::Bench::seconds`]).
@@ -328,6 +333,7 @@ struct Searched {
     outcome: Outcome,
     masked: BTreeMap<usize, f64>,
     screened: Vec<String>,
+    limits: Vec<Limit>,
     seconds: f64,
 }
 
@@ -391,6 +397,7 @@ fn diagnose_law(
         rivals: outcome.rivals,
         next_experiment,
         screened: searched.screened,
+        limits: searched.limits,
         fits: outcome.fits,
         seconds: searched.seconds + full.seconds(),
     };
@@ -431,6 +438,11 @@ fn searched(
     } else {
         Outcome::nothing(&baseline)
     };
+    let mut limits = Vec::new();
+    if outcome.improved.set.is_empty() && !bench.misses_plainly(&baseline) {
+        progress("what the recordings would have shown");
+        limits = limits::limits(&bench, &baseline);
+    }
     progress("final fits");
     full.candidates.clone_from(&bench.candidates);
     full.noise.clone_from(&bench.noise);
@@ -444,6 +456,7 @@ fn searched(
         improved,
         masked: masked(&bench, &outcome),
         screened,
+        limits,
         seconds: bench.seconds(),
         outcome,
     })

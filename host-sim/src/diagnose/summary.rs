@@ -6,16 +6,12 @@ use super::{Diagnosis, words};
 /// What, where, how sure, how much better, what next: a word and a line each.
 pub fn five_lines(diagnosis: &Diagnosis) -> [(&'static str, String); 5] {
     let verdict = &diagnosis.verdict;
-    let next = verdict.next_experiment.clone();
     [
         ("what", verdict.sentence.clone()),
         ("where", places(verdict)),
         ("how sure", certainty(verdict)),
         ("better", improvement(verdict)),
-        (
-            "next",
-            next.unwrap_or_else(|| default_next(diagnosis).into()),
-        ),
+        ("next", next(diagnosis)),
     ]
 }
 
@@ -94,18 +90,23 @@ fn improvement(verdict: &Verdict) -> String {
     format!("{which}, free run, SI: {}", lines.join("; "))
 }
 
-fn default_next(diagnosis: &Diagnosis) -> &'static str {
+fn next(diagnosis: &Diagnosis) -> String {
+    let verdict = &diagnosis.verdict;
     let is_proved = !diagnosis.held_out.is_empty();
-    match diagnosis.verdict.verdict {
+    let default = match verdict.verdict {
         Kind::DataFault => "Mend the recording and run again.",
+        Kind::NothingMissing | Kind::Named if !is_proved => {
+            return "Give recordings that were not fitted to with --held-out: nothing proves this verdict yet.".into();
+        }
         Kind::Unknown => {
             "Record the same motion at other speeds and pressures: the shape of the missing term will tell."
-        }
-        _ if !is_proved => {
-            "Give recordings that were not fitted to with --held-out: nothing proves this verdict yet."
         }
         _ => {
             "Nothing is needed for this verdict; recordings at other speeds and pressures would test it further."
         }
-    }
+    };
+    verdict
+        .next_experiment
+        .clone()
+        .unwrap_or_else(|| default.into())
 }

@@ -17,7 +17,7 @@ pub enum Kind {
     Unknown,
     /// The recordings themselves are at fault.
     DataFault,
-    /// These signals drive no law of this rig.
+    /// These signals drive no law of this rig, or would show no effect in any size.
     NotObservable,
 }
 
@@ -79,6 +79,23 @@ pub struct Ranked {
     pub gain: f64,
     /// Why it was declined; null if it was not.
     pub declined: Option<String>,
+}
+
+/// From which size on the recordings would have shown an effect that they do not show.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WouldShow {
+    /// Name.
+    pub effect: String,
+    /// Form, where there are several.
+    pub form: Option<String>,
+    /// Where it would act.
+    pub places: Vec<String>,
+    /// Its sizes at the limit, SI, by parameter; null where no size would have shown.
+    pub from: Option<BTreeMap<String, f64>>,
+    /// From which sizes on it matters, by parameter, where that is known.
+    pub matters_from: BTreeMap<String, f64>,
+    /// Whether it could be there in a size that matters.
+    pub hides: bool,
 }
 
 /// Errors per signal.
@@ -155,10 +172,12 @@ pub struct Verdict {
     pub ranking: Vec<Ranked>,
     /// Sets that these recordings cannot tell apart.
     pub alternatives: Vec<Vec<String>>,
-    /// What to record to tell them apart.
+    /// What to record to tell them apart, or to rule out what could hide.
     pub next_experiment: Option<String>,
     /// Candidates that these signals cannot show.
     pub not_observable: Vec<String>,
+    /// What a law in which nothing is missing would have shown.
+    pub would_show: Vec<WouldShow>,
     /// What no effect of the list explains.
     pub unknown_term: Option<UnknownTerm>,
     /// The proof.
@@ -167,6 +186,6 @@ pub struct Verdict {
     pub parameters: BTreeMap<String, Parameter>,
     /// Remarks a reader should know.
     pub notes: Vec<String>,
-    /// Wall time, s; not part of what is the same from run to run.
+    /// Work done, as seconds of a reference core: the same from run to run.
     pub seconds: f64,
 }

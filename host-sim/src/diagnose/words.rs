@@ -2,10 +2,11 @@
 
 mod experiments;
 
-pub use experiments::separating;
+pub use experiments::{ruling_out, separating};
 
 use super::candidates::Candidate;
 use super::next_experiment::NextExperiment;
+use std::collections::BTreeMap;
 
 /// An experiment that tells fewer of its simulated repetitions than this is no advice.
 const WORTH_RECORDING: f64 = 0.5;
@@ -193,6 +194,21 @@ impl Size {
         };
         format!("{words} {number} {unit}").trim().to_owned()
     }
+}
+
+/// "rise 17.6 N and forgotten over 0.2 mm": sizes by parameter, SI.
+pub fn sizes(sizes: &BTreeMap<String, f64>) -> String {
+    let one = |(parameter, &value): (&String, &f64)| {
+        let parameter = parameter.clone();
+        let size = Size {
+            parameter,
+            value,
+            std: None,
+        };
+        size.spoken()
+    };
+    let sizes: Vec<String> = sizes.iter().map(one).collect();
+    list(&sizes)
 }
 
 /// A value to the digits that its deviation leaves meaningful: the deviation

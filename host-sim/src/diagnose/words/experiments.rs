@@ -319,6 +319,28 @@ pub fn separating(one: &str, other: &str) -> String {
     }
 }
 
+/// What to record to rule effects out that these recordings would not have shown.
+pub fn ruling_out(effects: &[&str]) -> String {
+    let one = |effect: &&str| {
+        Some(format!(
+            "{} ({})",
+            shown_by(effect)?,
+            effect.replace('-', " ")
+        ))
+    };
+    let few: Vec<String> = effects.iter().filter_map(one).collect();
+    if few.is_empty() || few.len() > MOST_TOGETHER {
+        return "To rule out what these recordings would not have shown, record strokes at several speeds, with sharp reversals and with rests.".into();
+    }
+    format!(
+        "To rule out what these recordings would not have shown, record {}.",
+        few.join("; ")
+    )
+}
+
+/// Where more effects than this are to be ruled out, one varied motion does it.
+const MOST_TOGETHER: usize = 3;
+
 fn shown_by(effect: &str) -> Option<&'static str> {
     let known = SHOWN_BY.iter().find(|(name, _)| *name == effect)?;
     Some(known.1)

@@ -1,0 +1,372 @@
+//! From which size on these recordings would have shown an effect.
+//!
+//! "Nothing is missing" means nothing that the recordings would show. For each effect the
+//! model is run with it, and what the ordinary parameters can take up of the difference
+//! (a step of Gauss and Newton, with the engineer's uncertainties as priors) is taken away.
+//! The size from which the rest would have been looked into, as any misfit is, is the limit.
+//!
+//! Limits: an effect of several numbers is asked at the shape at which its fits begin (a tube
+//! of 4 mm, a spool damped by 0.7); what shows may still be told as something else.
+
+use super::candidates::Candidate;
+use super::fitted::{Bench, Fitted};
+use crate::fit::law_problem::{Columns, LawProblem};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// From which size on recordings would have shown an effect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// The effect, among the candidates of its law.
+    pub candidate: usize,
+    /// Its parameters at the limit, by key; none where no size would have shown.
+    pub sizes: Option<Vec<(String, f64)>>,
+}
+
+impl Limit {
+    /// Whether the effect could be there in a size that matters without having shown.
+    pub fn hides(&self, effect: &Candidate) -> bool {
+        let Some(sizes) = &self.sizes else {
+            return true;
+        };
+        let matters = |(key, size): &(String, f64)| {
+            let mark = effect.marks.iter().find(|(marked, _)| marked == key);
+            mark.is_some_and(|(_, mark)| !mark.leaves_out(mark.weaker(*size, NEAR)))
+        };
+        sizes.iter().any(matters)
+    }
+}
+
+/// An effect that shows less than this where its fits begin acts elsewhere.
+const SOMETHING: f64 = 1e-6;
+/// The slope by a parameter is taken over this part of its scale.
+const STEP: f64 = 0.05;
+/// A misfit this near to what is looked into is near enough: a size to a seventh.
+const NEAR: f64 = 1.3;
+/// Enough for a misfit that grows with a steady power of the size.
+const ROUNDS: usize = 5;
+/// The sizes that are tried, in those at which a fit begins.
+const SIZES: (f64, f64) = (1e-4, 1e3);
+/// One step of the size is no larger.
+const LARGEST_STEP: f64 = 30.0;
+
+/// The limits of all candidates beside a model that leaves nothing but noise.
+pub fn limits(bench: &Bench<'_>, model: &Fitted) -> Vec<Limit> {
+    let refit = Refit::new(bench, model);
+    let candidates = (0..bench.candidates.len()).into_par_iter();
+    candidates
+        .map(|candidate| Limit {
+            candidate,
+            sizes: refit.limit(candidate),
+        })
+        .collect()
+}
+
+/// A model, and what its parameters can take up.
+struct Refit<'a> {
+    bench: &'a Bench<'a>,
+    model: &'a Fitted,
+    predicted: Vec<Columns>,
+    /// By recording and by parameter that acts on it: its place, and the slopes.
+    slopes: Vec<Vec<(usize, Columns)>>,
+    inverse_curvature: DMatrix<f64>,
+}
+
+impl<'a> Refit<'a> {
+    fn new(bench: &'a Bench<'a>, model: &'a Fitted) -> Self {
+        let (slopes, predicted, prior) = bench.with_model(model, |problem| {
+            let predicted = outputs(problem, &model.values);
+            let prior: Vec<f64> = problem
+                .parameters()
+                .iter()
+                .map(|parameter| {
+                    parameter
+                        .prior
+                        .map_or(0.0, |prior| prior.standard_deviation.powi(-2))
+                })
+                .collect();
+            (slopes(problem, &model.values, &predicted), predicted, prior)
+        });
+        let mut curvature = DMatrix::from_diagonal(&DVector::from_vec(prior));
+        for of_recording in &slopes {
+            for (row, first) in of_recording {
+                for (column, second) in of_recording {
+                    curvature[(*row, *column)] += product(first, second, &bench.noise);
+                }
+            }
+        }
+        let inverse_curvature = inverse(curvature);
+        Self {
+            bench,
+            model,
+            predicted,
+            slopes,
+            inverse_curvature,
+        }
+    }
+
+    /// The sizes of an effect that would just have been looked into: the misfit grows with
+    /// a power of the size, which two sizes tell.
+    fn limit(&self, candidate: usize) -> Option<Vec<(String, f64)>> {
+        let effect = &self.bench.candidates[candidate];
+        let shape = (0..effect.starts.len())
+            .find(|&start| self.shows(candidate, start, 1.0) > SOMETHING)?;
+        let shows = |size: f64| self.shows(candidate, shape, size);
+        let mut here = (1.0, shows(1.0));
+        let mut power = 2.0;
+        for _ in 0..ROUNDS {
+            let (size, shown) = here;
+            if (1.0 / NEAR..NEAR).contains(&shown) {
+                break;
+            }
+            let step = shown
+                .powf(-1.0 / power)
+                .clamp(1.0 / LARGEST_STEP, LARGEST_STEP);
+            let next = (size * step).clamp(SIZES.0, SIZES.1);
+            here = (next, shows(next));
+            let grown = (here.1 / shown).ln() / (next / size).ln();
+            power = if grown.is_finite() {
+                grown.clamp(0.5, 8.0)
+            } else {
+                power
+            };
+        }
+        let (size, shown) = here;
+        (shown > 1.0 / NEAR.powi(2)).then(|| sized(effect, shape, size))
+    }
+
+    /// What an effect of some size would leave after a refit, over what would be looked into.
+    fn shows(&self, candidate: usize, start: usize, size: f64) -> f64 {
+        let sizes = sized(&self.bench.candidates[candidate], start, size);
+        let with = self.with(candidate, start, &sizes);
+        let pairs = with.iter().zip(&self.predicted);
+        let differences = pairs.map(|(with, without)| difference(with, without));
+        let left = self.refitted(differences.collect());
+        self.bench.over_what_is_looked_into(&left)
+    }
+
+    /// Predictions with an effect, nothing refitted.
+    fn with(&self, candidate: usize, start: usize, sizes: &[(String, f64)]) -> Vec<Columns> {
+        let mut model = self.bench.restricted(self.model, &[candidate]);
+        let shape = started(&self.bench.candidates[candidate], start);
+        for (key, value) in shape.iter().chain(sizes) {
+            if let Some(place) = model.place(key) {
+                model.values[place] = *value;
+            }
+        }
+        self.bench.predicted_on(&model, self.bench.tracks)
+    }
+
+    /// What the parameters cannot take up of differences.
+    fn refitted(&self, mut differences: Vec<Columns>) -> Vec<Columns> {
+        let mut pushes = DVector::zeros(self.model.values.len());
+        for (of_recording, difference) in self.slopes.iter().zip(&differences) {
+            for (place, slope) in of_recording {
+                pushes[*place] += product(slope, difference, &self.bench.noise);
+            }
+        }
+        let step = &self.inverse_curvature * pushes;
+        for (of_recording, left) in self.slopes.iter().zip(&mut differences) {
+            for (place, slope) in of_recording {
+                take_away(left, slope, step[*place]);
+            }
+        }
+        differences
+    }
+}
+
+/// Predictions of all recordings.
+fn outputs(problem: &LawProblem<'_>, values: &[f64]) -> Vec<Columns> {
+    problem
+        .predict(values)
+        .into_iter()
+        .map(|(columns, _)| columns)
+        .collect()
+}
+
+/// Slopes of the predictions; parameters of different recordings are shifted together.
+fn slopes(
+    problem: &LawProblem<'_>,
+    values: &[f64],
+    predicted: &[Columns],
+) -> Vec<Vec<(usize, Columns)>> {
+    let active: Vec<Vec<usize>> = (0..predicted.len())
+        .map(|recording| problem.active(recording))
+        .collect();
+    let parameters = problem.parameters();
+    let mut all = vec![Vec::new(); predicted.len()];
+    let most = active.iter().map(Vec::len).max().unwrap_or(0);
+    for slot in 0..most {
+        let mut shifted = values.to_vec();
+        for place in active.iter().filter_map(|active| active.get(slot)) {
+            shifted[*place] = values[*place] + STEP * parameters[*place].scale;
+        }
+        for (recording, columns) in outputs(problem, &shifted).iter().enumerate() {
+            let Some(&place) = active[recording].get(slot) else {
+                continue;
+            };
+            let mut slope = difference(columns, &predicted[recording]);
+            let step = shifted[place] - values[place];
+            slope.iter_mut().flatten().for_each(|value| *value /= step);
+            all[recording].push((place, slope));
+        }
+    }
+    all
+}
+
+/// One less the other; NaN where either is not predicted.
+fn difference(one: &Columns, other: &Columns) -> Columns {
+    let less = |(one, other): (&f64, &f64)| one - other;
+    let columns = one.iter().zip(other);
+    columns
+        .map(|(one, other)| one.iter().zip(other).map(less).collect())
+        .collect()
+}
+
+/// Sum over all predicted rows in units of the noise.
+fn product(one: &Columns, other: &Columns, noise: &[f64]) -> f64 {
+    let outputs = one.iter().zip(other).zip(noise);
+    outputs
+        .map(|((one, other), noise)| {
+            let sum: f64 = one
+                .iter()
+                .zip(other)
+                .map(|(one, other)| one * other)
+                .filter(|product| !product.is_nan())
+                .sum();
+            sum / noise.powi(2)
+        })
+        .sum()
+}
+
+fn take_away(left: &mut Columns, slope: &Columns, step: f64) {
+    for (left, slope) in left.iter_mut().zip(slope) {
+        for (left, slope) in left.iter_mut().zip(slope) {
+            *left -= slope * step;
+        }
+    }
+}
+
+/// The pseudo-inverse, with parameters of pascals and of metres in units of their own.
+fn inverse(curvature: DMatrix<f64>) -> DMatrix<f64> {
+    let unit = curvature.diagonal().map(|square| {
+        if square > 0.0 {
+            square.sqrt().recip()
+        } else {
+            0.0
+        }
+    });
+    let scale = DMatrix::from_diagonal(&unit);
+    let scaled = &scale * curvature * &scale;
+    // The deviations of a fit are cut off at the same size of rounding.
+    let inverse = scaled
+        .pseudo_inverse(1e-12)
+        .unwrap_or_else(|_| DMatrix::zeros(unit.len(), unit.len()));
+    &scale * inverse * &scale
+}
+
+/// All numbers of an effect at one of its starts.
+fn started(effect: &Candidate, start: usize) -> Vec<(String, f64)> {
+    let point = &effect.starts[start];
+    effect
+        .free
+        .iter()
+        .zip(point)
+        .map(|(free, &value)| (free.key.clone(), value))
+        .collect()
+}
+
+/// Those that make its size, so many times as strong as at that start: the numbers from whose size on it
+/// matters, or else its first.
+fn sized(effect: &Candidate, start: usize, times: f64) -> Vec<(String, f64)> {
+    let free = effect.free.iter().zip(&effect.starts[start]).enumerate();
+    free.filter_map(|(number, (free, &value))| {
+        let mark = effect.marks.iter().find(|(key, _)| *key == free.key);
+        let (lower, upper) = (free.parameter.lower, free.parameter.upper);
+        let value = match mark {
+            Some((_, mark)) => mark.weaker(value, times.recip()),
+            None if number > 0 || !effect.marks.is_empty() => return None,
+            None => value * times,
+        };
+        Some((free.key.clone(), value.clamp(lower, upper)))
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{candidates, drawn, noise, search};
+    use super::*;
+    use crate::laws::{Law, Track};
+    use crate::recording::Recording;
+    use truth_plant::{Kind, Request};
+
+    /// The limit is a step of a linear model; here the recordings are made anew with the
+    /// effect, and the model is refitted as in any diagnosis.
+    #[test]
+    fn prop_twice_the_limit_is_looked_into_and_half_of_it_is_not() {
+        let (rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let mut bench = Bench::new(Law::Chambers, &rig, &tracks).for_search();
+        let model = search::baseline(&bench).unwrap();
+        bench.noise = noise::floor(&bench, &model);
+        bench.candidates = candidates::candidates(Law::Chambers, &rig, &tracks, 1.0);
+        let refit = Refit::new(&bench, &model);
+        let effects = [
+            "piston-leakage",
+            "wall-temperature",
+            "valve-hysteresis",
+            "supply-droop",
+        ];
+        for effect in effects {
+            let mut candidates = bench.candidates.iter();
+            let candidate = candidates.position(|one| one.effect == effect).unwrap();
+            let sizes = refit.limit(candidate).unwrap();
+            let asked = |times: f64| {
+                let with = refit.with(candidate, 0, &stronger(&bench, candidate, &sizes, times));
+                is_looked_into(&bench, &refit, &with)
+            };
+            assert!(asked(2.0), "{effect}: twice {sizes:?} is taken for noise");
+            assert!(!asked(0.5), "{effect}: half of {sizes:?} is looked into");
+        }
+    }
+
+    fn stronger(
+        bench: &Bench<'_>,
+        candidate: usize,
+        sizes: &[(String, f64)],
+        times: f64,
+    ) -> Vec<(String, f64)> {
+        let marks = &bench.candidates[candidate].marks;
+        let one = |(key, size): &(String, f64)| {
+            let mark = marks.iter().find(|(marked, _)| marked == key);
+            let size = mark.map_or(size * times, |(_, mark)| mark.weaker(*size, times.recip()));
+            (key.clone(), size)
+        };
+        sizes.iter().map(one).collect()
+    }
+
+    /// The recordings as they would be with other predictions, diagnosed up to the search.
+    fn is_looked_into(bench: &Bench<'_>, refit: &Refit<'_>, with: &[Columns]) -> bool {
+        let changed = |(recording, track): (usize, &Track<'_>)| -> Recording {
+            let mut changed = track.recording.clone();
+            for (output, signal) in ["p_a", "p_b"].into_iter().enumerate() {
+                let column = changed.signals.get_mut(signal).unwrap();
+                let (new, old) = (
+                    &with[recording][output],
+                    &refit.predicted[recording][output],
+                );
+                for ((value, new), old) in column.iter_mut().zip(new).zip(old) {
+                    *value += new - old;
+                }
+            }
+            changed
+        };
+        let recordings: Vec<Recording> = bench.tracks.iter().enumerate().map(changed).collect();
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let mut bench = Bench::new(bench.law, bench.rig, &tracks).for_search();
+        let baseline = search::baseline(&bench).unwrap();
+        bench.noise = noise::floor(&bench, &baseline);
+        bench.is_worth_a_search(&baseline)
+    }
+}
