@@ -271,6 +271,11 @@ const BAD: &[(&str, &str, &str)] = &[
         "rig.toml:26: cylinder.area_a_m2: 0.004909 is larger than the bore's circle, expected at most 4.9087e-4 m2 for cylinder.bore_m = 0.025",
     ),
     (
+        "area_a_m2 = 4.909e-4",
+        "area_a_m2 = 4.909e-6",
+        "rig.toml:26: cylinder.area_a_m2: 0.000004909 is much smaller than the bore's circle, expected at least 1.4726e-4 m2 for cylinder.bore_m = 0.025",
+    ),
+    (
         "dead_volume_a_m3 = 1.93e-05",
         "dead_volume_a_m3 = 1",
         "rig.toml:28: cylinder.dead_volume_a_m3: 1 is out of range, expected m3 from 0 to 0.5 (is this litres or cm3?)",

@@ -9,8 +9,7 @@
 //! * saturated: long runs at the very largest or smallest value, entered or
 //!   left at full slope, or where the declared noise would have moved it.
 //! * dropout: a leap and a leap back, both far beyond the signal's own steps.
-//! * at odds: the speed and the change of position disagree by a factor, or
-//!   the position covers more than the stroke.
+//! * at odds with another channel or with the rig: see `contradictions`.
 //!
 //! A command (`u`, `x_ref`) may hold, leap and saturate; only a command that
 //! never changes while the axis goes to and fro is a fault. A single leap
@@ -18,7 +17,8 @@
 
 use serde::Serialize;
 
-use super::statistics::{Run, as_float, median_step, ordinary_steps, quantile, runs};
+use super::contradictions::contradictions;
+use super::statistics::{Run, as_float, ordinary_steps, path, quantile, runs};
 use super::{Excitation, SignalReport};
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -52,10 +52,6 @@ const RAIL_FACTOR: usize = 4;
 const RAIL_SLOPE: f64 = 3.0;
 /// Edges at full slope that prove a rail.
 const RAIL_EDGES: usize = 2;
-/// Factor between speed and change of position that is no calibration error.
-const SPEED_FACTOR: f64 = 5.0;
-/// The position may cover this many strokes.
-const STROKE_FACTOR: f64 = 1.5;
 /// A command is dead if the axis reverses this often under it.
 const DEAD_COMMAND_REVERSALS: usize = 6;
 
@@ -116,8 +112,7 @@ pub(super) fn faults(
         };
         faults.extend(channel.faults(excitation));
     }
-    faults.extend(speed_fault(recording, signals));
-    faults.extend(stroke_fault(rig, recording, signals));
+    faults.extend(contradictions(rig, recording, signals));
     faults
 }
 
@@ -503,7 +498,7 @@ fn is_command(name: &str) -> bool {
 }
 
 /// Below this a change of the signal is no motion.
-fn floor(report: &SignalReport) -> f64 {
+pub(super) fn floor(report: &SignalReport) -> f64 {
     20.0 * report.noise.max(report.quantum.unwrap_or(0.0))
 }
 
@@ -522,15 +517,13 @@ fn bend(time_s: &[f64], position: &[f64]) -> f64 {
         .fold(0.0, |most, (time, x)| most.max((x - line(*time)).abs()))
 }
 
-/// The path of a speed, by the trapezoidal rule.
-fn path(time_s: &[f64], speed: &[f64]) -> f64 {
-    let steps = time_s.windows(2).zip(speed.windows(2));
-    steps
-        .map(|(time, speed)| 0.5 * (speed[0] + speed[1]) * (time[1] - time[0]))
-        .sum()
-}
-
-fn fault(recording: &Recording, signal: &str, kind: FaultKind, run: Run, said: &str) -> Fault {
+pub(super) fn fault(
+    recording: &Recording,
+    signal: &str,
+    kind: FaultKind,
+    run: Run,
+    said: &str,
+) -> Fault {
     let (first, last) = (run.start, run.end().max(run.start + 1) - 1);
     let (first_line, last_line) = (recording.line[first], recording.line[last]);
     let (from_s, to_s) = (recording.time_s[first], recording.time_s[last]);
@@ -545,58 +538,4 @@ fn fault(recording: &Recording, signal: &str, kind: FaultKind, run: Run, said: &
             "lines {first_line} to {last_line} ({from_s:.3} to {to_s:.3} s): {signal} {said}."
         ),
     }
-}
-
-/// Compares changes of position with the path of the speed.
-fn speed_fault(recording: &Recording, signals: &[SignalReport]) -> Option<Fault> {
-    const ROWS: usize = 10;
-    /// Below this correlation the speed is simply noisy.
-    const CORRELATED: f64 = 0.8;
-    let report = signals.iter().find(|signal| signal.name == "x")?;
-    if report.maximum - report.minimum < floor(report) {
-        return None;
-    }
-    let (position, speed) = (recording.signal("x")?, recording.signal("v")?);
-    let longest_s = 1.5 * as_float(ROWS) * median_step(&recording.time_s);
-    let (mut moved_moved, mut moved_path, mut path_path) = (0.0, 0.0, 0.0);
-    for start in (0..recording.len().saturating_sub(ROWS)).step_by(ROWS) {
-        let time_s = &recording.time_s[start..=start + ROWS];
-        if time_s[ROWS] - time_s[0] > longest_s {
-            continue;
-        }
-        let moved = position[start + ROWS] - position[start];
-        let path = path(time_s, &speed[start..=start + ROWS]);
-        moved_moved += moved * moved;
-        moved_path += moved * path;
-        path_path += path * path;
-    }
-    let correlation = moved_path / (moved_moved * path_path).sqrt();
-    let factor = moved_path / moved_moved;
-    let fits = (1.0 / SPEED_FACTOR..=SPEED_FACTOR).contains(&factor);
-    (correlation.abs() > CORRELATED && !fits).then(|| {
-        let run = Run {
-            start: 0,
-            length: recording.len(),
-        };
-        let said = format!(
-            "is {factor:.3} times the change of x per second; the unit or the sign of one is wrong"
-        );
-        fault(recording, "v", FaultKind::Inconsistent, run, &said)
-    })
-}
-
-fn stroke_fault(rig: &Rig, recording: &Recording, signals: &[SignalReport]) -> Option<Fault> {
-    let stroke_m = rig.cylinder.as_ref()?.stroke_m?;
-    let report = signals.iter().find(|signal| signal.name == "x")?;
-    let span_m = report.maximum - report.minimum;
-    (span_m > STROKE_FACTOR * stroke_m).then(|| {
-        let run = Run {
-            start: 0,
-            length: recording.len(),
-        };
-        let said = format!(
-            "covers {span_m:.3} m but the stroke is {stroke_m} m; the unit or the stroke is wrong"
-        );
-        fault(recording, "x", FaultKind::Inconsistent, run, &said)
-    })
 }

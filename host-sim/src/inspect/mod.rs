@@ -3,12 +3,13 @@
 //! and the faults that forbid a diagnosis.
 //!
 //! A fault is a channel that cannot be true: dead, frozen while others prove
-//! motion, saturated, dropping out, or at odds with another channel's unit. The
+//! motion, saturated, dropping out, or at odds with another channel or the rig. The
 //! tests ask for much more evidence than chance or a quiet rig gives (see
 //! `faults.rs`): a false alarm here would throw away a good recording. Gaps and
 //! jitter are reported, they are no faults; a lag between channels is left to
 //! the diagnosis.
 
+mod contradictions;
 mod display;
 mod excitation;
 mod faults;

@@ -59,6 +59,14 @@ pub(super) fn median_step(time_s: &[f64]) -> f64 {
     quantile(&mut steps, 0.5)
 }
 
+/// The path of a speed, by the trapezoidal rule.
+pub(super) fn path(time_s: &[f64], speed: &[f64]) -> f64 {
+    let steps = time_s.windows(2).zip(speed.windows(2));
+    steps
+        .map(|(time, speed)| 0.5 * (speed[0] + speed[1]) * (time[1] - time[0]))
+        .sum()
+}
+
 /// Which steps between rows are of ordinary length.
 pub(super) fn ordinary_steps(time_s: &[f64]) -> Vec<bool> {
     let longest = UNEVEN_STEP * median_step(time_s);

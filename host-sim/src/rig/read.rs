@@ -30,6 +30,8 @@ const LARGEST_FILE_BYTES: u64 = 1 << 20;
 /// Areas come with tolerance and seals: above this share of the bore's
 /// circle an area is a slip.
 const AREA_OVER_BORE: f64 = 1.1;
+/// Below this share of it too: no rod takes more than half of a bore's circle.
+const LEAST_AREA_OVER_BORE: f64 = 0.3;
 /// Static friction below this share of the Coulomb friction is a slip.
 const STATIC_OVER_COULOMB: f64 = 0.5;
 
@@ -705,14 +707,18 @@ impl<'t> Reader<'t> {
             ("cylinder.area_b_m2", cylinder.area_b_m2),
         ];
         for (key, area_m2) in areas {
-            if area_m2.is_some_and(|area_m2| area_m2 > AREA_OVER_BORE * circle_m2) {
-                let problem = format!(
-                    "{} is larger than the bore's circle",
-                    area_m2.unwrap_or_default()
-                );
-                let expected = format!("at most {circle_m2:.4e} m2 for cylinder.bore_m = {bore_m}");
-                return Err(self.at(key, problem, &expected));
-            }
+            let Some(area_m2) = area_m2 else { continue };
+            let (than, limit) = if area_m2 > AREA_OVER_BORE * circle_m2 {
+                ("larger", format!("at most {circle_m2:.4e}"))
+            } else if area_m2 < LEAST_AREA_OVER_BORE * circle_m2 {
+                let least_m2 = LEAST_AREA_OVER_BORE * circle_m2;
+                ("much smaller", format!("at least {least_m2:.4e}"))
+            } else {
+                continue;
+            };
+            let problem = format!("{area_m2} is {than} than the bore's circle");
+            let expected = format!("{limit} m2 for cylinder.bore_m = {bore_m}");
+            return Err(self.at(key, problem, &expected));
         }
         Ok(())
     }
