@@ -579,6 +579,10 @@ fn next_experiment(kind: Kind, laws: &[LawDiagnosis]) -> Option<String> {
             let names = [accepted, rival].map(|index| law.candidates[index].effect);
             Some(words::what_to_record(law.next_experiment.as_ref(), names))
         }),
+        Kind::Unknown if laws.iter().any(has_lost_commands) => Some(
+            "Record the command as often as it is given to the valve: if nothing is missing then, it was that."
+                .into(),
+        ),
         Kind::NothingMissing | Kind::NotObservable if !laws.is_empty() => {
             let hidden = shown::hidden(laws);
             (!hidden.is_empty()).then(|| words::ruling_out(&hidden))
@@ -668,9 +672,24 @@ fn unknown_sentence(laws: &[LawDiagnosis], missing: Option<&UnknownTerm>) -> Str
             "The training recordings are explained to the noise, the held-out ones are not: something acts at {place} that the training recordings do not show (the misfit {when}); train on these too."
         );
     }
+    if laws.iter().any(has_lost_commands) {
+        return format!(
+            "Something is missing at {place} that no effect of the list explains (the misfit {when}); commands that the valve was given between the rows, and that were not recorded, would leave as much."
+        );
+    }
     format!(
         "Something is missing at {place} that no effect of the list explains: the misfit {when}."
     )
+}
+
+/// Whether commands that were given between the rows would leave what a law misses: where it
+/// was tried, with a half to four fifths of the commands left out, 0.75 to 2.1 times that.
+fn has_lost_commands(law: &LawDiagnosis) -> bool {
+    let as_much = 1.0 / 3.0..=3.0;
+    is_unexplained(law)
+        && law
+            .lost_commands
+            .is_some_and(|share| as_much.contains(&share))
 }
 
 /// The named effects of a law, or its table, in words.

@@ -10,8 +10,8 @@
 
 use super::candidates::Candidate;
 use super::fitted::{Bench, Fitted};
-use crate::fit::law_problem::{Columns, LawProblem};
-use nalgebra::{DMatrix, DVector};
+use super::refit::Refit;
+use crate::fit::law_problem::Columns;
 use rayon::prelude::*;
 
 /// From which size on recordings would have shown an effect.
@@ -39,8 +39,6 @@ impl Limit {
 
 /// An effect that shows less than this where its fits begin acts elsewhere.
 const SOMETHING: f64 = 1e-6;
-/// The slope by a parameter is taken over this part of its scale.
-const STEP: f64 = 0.05;
 /// A misfit this near to what is looked into is near enough: a size to a seventh.
 const NEAR: f64 = 1.3;
 /// Enough for a misfit that grows with a steady power of the size.
@@ -52,63 +50,24 @@ const LARGEST_STEP: f64 = 30.0;
 
 /// The limits of all candidates beside a model that leaves nothing but noise.
 pub fn limits(bench: &Bench<'_>, model: &Fitted) -> Vec<Limit> {
-    let refit = Refit::new(bench, model);
+    let asked = Asked(Refit::new(bench, model));
     let candidates = (0..bench.candidates.len()).into_par_iter();
     candidates
         .map(|candidate| Limit {
             candidate,
-            sizes: refit.limit(candidate),
+            sizes: asked.limit(candidate),
         })
         .collect()
 }
 
-/// A model, and what its parameters can take up.
-struct Refit<'a> {
-    bench: &'a Bench<'a>,
-    model: &'a Fitted,
-    predicted: Vec<Columns>,
-    /// By recording and by parameter that acts on it: its place, and the slopes.
-    slopes: Vec<Vec<(usize, Columns)>>,
-    inverse_curvature: DMatrix<f64>,
-}
+/// A model beside which effects are asked.
+struct Asked<'a>(Refit<'a>);
 
-impl<'a> Refit<'a> {
-    fn new(bench: &'a Bench<'a>, model: &'a Fitted) -> Self {
-        let (slopes, predicted, prior) = bench.with_model(model, |problem| {
-            let predicted = outputs(problem, &model.values);
-            let prior: Vec<f64> = problem
-                .parameters()
-                .iter()
-                .map(|parameter| {
-                    parameter
-                        .prior
-                        .map_or(0.0, |prior| prior.standard_deviation.powi(-2))
-                })
-                .collect();
-            (slopes(problem, &model.values, &predicted), predicted, prior)
-        });
-        let mut curvature = DMatrix::from_diagonal(&DVector::from_vec(prior));
-        for of_recording in &slopes {
-            for (row, first) in of_recording {
-                for (column, second) in of_recording {
-                    curvature[(*row, *column)] += product(first, second, &bench.noise);
-                }
-            }
-        }
-        let inverse_curvature = inverse(curvature);
-        Self {
-            bench,
-            model,
-            predicted,
-            slopes,
-            inverse_curvature,
-        }
-    }
-
+impl Asked<'_> {
     /// The sizes of an effect that would just have been looked into: the misfit grows with
     /// a power of the size, which two sizes tell.
     fn limit(&self, candidate: usize) -> Option<Vec<(String, f64)>> {
-        let effect = &self.bench.candidates[candidate];
+        let effect = &self.0.bench.candidates[candidate];
         let shape = (0..effect.starts.len())
             .find(|&start| self.shows(candidate, start, 1.0) > SOMETHING)?;
         let shows = |size: f64| self.shows(candidate, shape, size);
@@ -137,132 +96,23 @@ impl<'a> Refit<'a> {
 
     /// What an effect of some size would leave after a refit, over what would be looked into.
     fn shows(&self, candidate: usize, start: usize, size: f64) -> f64 {
-        let sizes = sized(&self.bench.candidates[candidate], start, size);
+        let sizes = sized(&self.0.bench.candidates[candidate], start, size);
         let with = self.with(candidate, start, &sizes);
-        let pairs = with.iter().zip(&self.predicted);
-        let differences = pairs.map(|(with, without)| difference(with, without));
-        let left = self.refitted(differences.collect());
-        self.bench.over_what_is_looked_into(&left)
+        let left = self.0.left_of(&with);
+        self.0.bench.over_what_is_looked_into(&left)
     }
 
     /// Predictions with an effect, nothing refitted.
     fn with(&self, candidate: usize, start: usize, sizes: &[(String, f64)]) -> Vec<Columns> {
-        let mut model = self.bench.restricted(self.model, &[candidate]);
-        let shape = started(&self.bench.candidates[candidate], start);
+        let mut model = self.0.bench.restricted(self.0.model, &[candidate]);
+        let shape = started(&self.0.bench.candidates[candidate], start);
         for (key, value) in shape.iter().chain(sizes) {
             if let Some(place) = model.place(key) {
                 model.values[place] = *value;
             }
         }
-        self.bench.predicted_on(&model, self.bench.tracks)
+        self.0.bench.predicted_on(&model, self.0.bench.tracks)
     }
-
-    /// What the parameters cannot take up of differences.
-    fn refitted(&self, mut differences: Vec<Columns>) -> Vec<Columns> {
-        let mut pushes = DVector::zeros(self.model.values.len());
-        for (of_recording, difference) in self.slopes.iter().zip(&differences) {
-            for (place, slope) in of_recording {
-                pushes[*place] += product(slope, difference, &self.bench.noise);
-            }
-        }
-        let step = &self.inverse_curvature * pushes;
-        for (of_recording, left) in self.slopes.iter().zip(&mut differences) {
-            for (place, slope) in of_recording {
-                take_away(left, slope, step[*place]);
-            }
-        }
-        differences
-    }
-}
-
-/// Predictions of all recordings.
-fn outputs(problem: &LawProblem<'_>, values: &[f64]) -> Vec<Columns> {
-    problem
-        .predict(values)
-        .into_iter()
-        .map(|(columns, _)| columns)
-        .collect()
-}
-
-/// Slopes of the predictions; parameters of different recordings are shifted together.
-fn slopes(
-    problem: &LawProblem<'_>,
-    values: &[f64],
-    predicted: &[Columns],
-) -> Vec<Vec<(usize, Columns)>> {
-    let active: Vec<Vec<usize>> = (0..predicted.len())
-        .map(|recording| problem.active(recording))
-        .collect();
-    let parameters = problem.parameters();
-    let mut all = vec![Vec::new(); predicted.len()];
-    let most = active.iter().map(Vec::len).max().unwrap_or(0);
-    for slot in 0..most {
-        let mut shifted = values.to_vec();
-        for place in active.iter().filter_map(|active| active.get(slot)) {
-            shifted[*place] = values[*place] + STEP * parameters[*place].scale;
-        }
-        for (recording, columns) in outputs(problem, &shifted).iter().enumerate() {
-            let Some(&place) = active[recording].get(slot) else {
-                continue;
-            };
-            let mut slope = difference(columns, &predicted[recording]);
-            let step = shifted[place] - values[place];
-            slope.iter_mut().flatten().for_each(|value| *value /= step);
-            all[recording].push((place, slope));
-        }
-    }
-    all
-}
-
-/// One less the other; NaN where either is not predicted.
-fn difference(one: &Columns, other: &Columns) -> Columns {
-    let less = |(one, other): (&f64, &f64)| one - other;
-    let columns = one.iter().zip(other);
-    columns
-        .map(|(one, other)| one.iter().zip(other).map(less).collect())
-        .collect()
-}
-
-/// Sum over all predicted rows in units of the noise.
-fn product(one: &Columns, other: &Columns, noise: &[f64]) -> f64 {
-    let outputs = one.iter().zip(other).zip(noise);
-    outputs
-        .map(|((one, other), noise)| {
-            let sum: f64 = one
-                .iter()
-                .zip(other)
-                .map(|(one, other)| one * other)
-                .filter(|product| !product.is_nan())
-                .sum();
-            sum / noise.powi(2)
-        })
-        .sum()
-}
-
-fn take_away(left: &mut Columns, slope: &Columns, step: f64) {
-    for (left, slope) in left.iter_mut().zip(slope) {
-        for (left, slope) in left.iter_mut().zip(slope) {
-            *left -= slope * step;
-        }
-    }
-}
-
-/// The pseudo-inverse, with parameters of pascals and of metres in units of their own.
-fn inverse(curvature: DMatrix<f64>) -> DMatrix<f64> {
-    let unit = curvature.diagonal().map(|square| {
-        if square > 0.0 {
-            square.sqrt().recip()
-        } else {
-            0.0
-        }
-    });
-    let scale = DMatrix::from_diagonal(&unit);
-    let scaled = &scale * curvature * &scale;
-    // The deviations of a fit are cut off at the same size of rounding.
-    let inverse = scaled
-        .pseudo_inverse(1e-12)
-        .unwrap_or_else(|_| DMatrix::zeros(unit.len(), unit.len()));
-    &scale * inverse * &scale
 }
 
 /// All numbers of an effect at one of its starts.
@@ -311,7 +161,7 @@ mod tests {
         let model = search::baseline(&bench).unwrap();
         bench.noise = noise::floor(&bench, &model);
         bench.candidates = candidates::candidates(Law::Chambers, &rig, &tracks, 1.0);
-        let refit = Refit::new(&bench, &model);
+        let asked = Asked(Refit::new(&bench, &model));
         let effects = [
             "piston-leakage",
             "wall-temperature",
@@ -321,13 +171,13 @@ mod tests {
         for effect in effects {
             let mut candidates = bench.candidates.iter();
             let candidate = candidates.position(|one| one.effect == effect).unwrap();
-            let sizes = refit.limit(candidate).unwrap();
-            let asked = |times: f64| {
-                let with = refit.with(candidate, 0, &stronger(&bench, candidate, &sizes, times));
-                is_looked_into(&bench, &refit, &with)
+            let sizes = asked.limit(candidate).unwrap();
+            let is_seen = |times: f64| {
+                let with = asked.with(candidate, 0, &stronger(&bench, candidate, &sizes, times));
+                is_looked_into(&bench, &asked, &with)
             };
-            assert!(asked(2.0), "{effect}: twice {sizes:?} is taken for noise");
-            assert!(!asked(0.5), "{effect}: half of {sizes:?} is looked into");
+            assert!(is_seen(2.0), "{effect}: twice {sizes:?} is taken for noise");
+            assert!(!is_seen(0.5), "{effect}: half of {sizes:?} is looked into");
         }
     }
 
@@ -347,14 +197,14 @@ mod tests {
     }
 
     /// The recordings as they would be with other predictions, diagnosed up to the search.
-    fn is_looked_into(bench: &Bench<'_>, refit: &Refit<'_>, with: &[Columns]) -> bool {
+    fn is_looked_into(bench: &Bench<'_>, asked: &Asked<'_>, with: &[Columns]) -> bool {
         let changed = |(recording, track): (usize, &Track<'_>)| -> Recording {
             let mut changed = track.recording.clone();
             for (output, signal) in ["p_a", "p_b"].into_iter().enumerate() {
                 let column = changed.signals.get_mut(signal).unwrap();
                 let (new, old) = (
                     &with[recording][output],
-                    &refit.predicted[recording][output],
+                    &asked.0.predicted[recording][output],
                 );
                 for ((value, new), old) in column.iter_mut().zip(new).zip(old) {
                     *value += new - old;

@@ -52,19 +52,26 @@ impl Bench<'_> {
         self.excess(model, output) > self.worth_a_search()
     }
 
-    /// How a misfit that comes to the noise compares with what is looked into, in the output
-    /// that shows it most: from 1 on effects would be looked for.
+    /// How a misfit beside the noise compares with what is looked into, in the output that
+    /// shows it most: from 1 on effects would be looked for.
     pub(super) fn over_what_is_looked_into(&self, misfits: &[Columns]) -> f64 {
-        let of_output = |(output, noise): (usize, &f64)| {
+        self.energies(misfits).fold(0.0, f64::max) / self.worth_a_search()
+    }
+
+    /// Energy of a misfit in units of the noise's, summed over the outputs.
+    pub(super) fn energy(&self, misfits: &[Columns]) -> f64 {
+        self.energies(misfits).sum()
+    }
+
+    fn energies(&self, misfits: &[Columns]) -> impl Iterator<Item = f64> {
+        self.noise.iter().enumerate().map(|(output, noise)| {
             let columns = misfits.iter().map(|columns| &columns[output]);
             let told = columns.flatten().filter(|value| !value.is_nan());
             let (squares, rows) = told.fold((0.0, 0_usize), |(sum, rows), value| {
                 (sum + value * value, rows + 1)
             });
-            squares / rows.max(1) as f64 / noise.powi(2) / self.worth_a_search()
-        };
-        let outputs = self.noise.iter().enumerate();
-        outputs.map(of_output).fold(0.0, f64::max)
+            squares / rows.max(1) as f64 / noise.powi(2)
+        })
     }
 
     /// Whether effects are looked for at all.

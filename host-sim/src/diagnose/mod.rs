@@ -13,6 +13,7 @@
 //!    time, and the models are compared on them ([`proof`]);
 //! 6. the verdict is written ([`verdict`]).
 
+mod between_rows;
 pub mod candidates;
 pub mod fitted;
 mod gaps;
@@ -27,6 +28,7 @@ pub mod next_experiment;
 pub mod noise;
 mod phrase;
 pub mod proof;
+mod refit;
 pub mod search;
 mod shown;
 pub mod summary;
@@ -102,6 +104,8 @@ pub struct LawDiagnosis {
     pub located: Vec<Located>,
     /// The input that would explain what the chambers' baseline misses.
     pub input: Option<Located>,
+    /// What commands lost between the rows would leave, over what the baseline misses.
+    pub lost_commands: Option<f64>,
     /// Whether the refitted baseline misses something that can be trusted to show it.
     pub missed: bool,
     /// Part of what the baseline misses that the named effects explain.
@@ -379,6 +383,7 @@ fn diagnose_law(
         law,
         located,
         input: None,
+        lost_commands: None,
         missed,
         explained: settled.explained,
         refuted: None,
@@ -404,6 +409,7 @@ fn diagnose_law(
     if assemble::is_unexplained(&diagnosis) {
         progress("which input would explain it");
         diagnosis.input = unknown_input::find(&full, &diagnosis.baseline);
+        diagnosis.lost_commands = between_rows::share(&full, &diagnosis.baseline);
     }
     Some(diagnosis)
 }
