@@ -8,8 +8,9 @@ use super::{
 };
 use crate::diagnose::proof::Run;
 use crate::diagnose::unknown_force;
-use crate::diagnose::verdict::{FitFigures, Verdict, WouldShow};
+use crate::diagnose::verdict::{Effect, Estimate, FitFigures, Verdict, WouldShow};
 use crate::diagnose::{Diagnosis, LawDiagnosis, Model, summary, words};
+use crate::effects;
 use crate::identify::Residuals;
 use crate::laws::{Output, Track};
 use crate::recording::Recording;
@@ -131,6 +132,17 @@ fn shown_errors(figures: &FitFigures) -> &std::collections::BTreeMap<String, f64
 fn tiles(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis) {
     let verdict = &diagnosis.verdict;
     page.tile("verdict", kind_word(verdict), "", "");
+    for effect in &verdict.effects {
+        let (what, number, unit) =
+            main_size(effect).map_or_else(Default::default, |size| size.parts());
+        let note = format!(
+            "{what}; there with probability {:.2}, accounts for {}",
+            effect.probability,
+            accounted_for(effect)
+        );
+        let note = note.trim_start_matches("; ");
+        page.tile(effect.effect.replace('-', " "), number, unit, note);
+    }
     let which = if verdict.fit.improved.free_run_held_out.is_empty() {
         "error, training"
     } else {
@@ -158,10 +170,39 @@ fn tiles(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis) {
     }
 }
 
+/// The part of its law's misfit that an effect accounts for. What it mends may be more than
+/// was missed: without it the others are bent to hide it.
+fn accounted_for(effect: &Effect) -> String {
+    format!("{:.0} %", 100.0 * effect.share.min(1.0))
+}
+
+fn sizes_of(effect: &Effect) -> Vec<words::Size> {
+    let size = |(parameter, estimate): (&String, &Estimate)| words::Size {
+        parameter: parameter.clone(),
+        value: estimate.value,
+        std: estimate.std,
+    };
+    effect.parameters.iter().map(size).collect()
+}
+
+fn spoken(effect: &Effect) -> String {
+    let sizes = sizes_of(effect);
+    let sizes: Vec<String> = sizes.iter().map(words::Size::spoken).collect();
+    sizes.join("; ")
+}
+
+/// The size that stands first in the catalogue: a tube's length and not its diameter.
+fn main_size(effect: &Effect) -> Option<words::Size> {
+    let known = effects::effect(&effect.effect)?.parameters.iter();
+    let sizes = sizes_of(effect);
+    let mut present = known.filter_map(|one| sizes.iter().find(|size| size.parameter == one.key));
+    present.next().cloned()
+}
+
 fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
     let verdict = &diagnosis.verdict;
     if !verdict.located.is_empty() {
-        let mut table = Table::new(["place", "part of the misfit", "signals", "when"]);
+        let mut table = Table::new(["place", "part of its law's misfit", "signals", "when"]);
         for located in &verdict.located {
             table = table.row([
                 Cell::from(located.place.as_str()),
@@ -270,28 +311,16 @@ fn what(section: &mut Section, verdict: &Verdict) {
             "meaning",
             "size",
             "probability",
-            "accounts for",
+            "accounts for (of its law's misfit)",
             "a refit would hide",
         ]);
         for effect in &verdict.effects {
-            let sizes: Vec<String> = effect
-                .parameters
-                .iter()
-                .map(|(parameter, estimate)| {
-                    words::Size {
-                        parameter: parameter.clone(),
-                        value: estimate.value,
-                        std: estimate.std,
-                    }
-                    .spoken()
-                })
-                .collect();
             table = table.row([
                 Cell::from(format!("{} at {}", effect.effect, effect.places.join(", "))),
                 Cell::from(words::meaning(&effect.effect, effect.form.as_deref())),
-                Cell::from(sizes.join("; ")),
+                Cell::from(spoken(effect)),
                 Cell::number(effect.probability, 2),
-                Cell::from(format!("{:.0} %", 100.0 * effect.share)),
+                Cell::from(accounted_for(effect)),
                 Cell::from(format!("{:.0} %", 100.0 * effect.masked)),
             ]);
         }
@@ -335,7 +364,8 @@ fn what(section: &mut Section, verdict: &Verdict) {
 
 fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
     section.text(
-        "Every parameter was frozen before a held-out recording was read. What belongs to a recording (its initial states, the skew of its logger) is estimated from it for every model alike.",
+        "Every parameter was frozen before a held-out recording was read. What belongs to a recording (its initial states, the skew of its logger) is estimated from it for every model alike. \
+         A carriage, whose position integrates every error of force twice, is begun anew every 0.25 s; all else runs free over the whole recording.",
     );
     section.table(error_table(rig, diagnosis));
     section.bars(error_bars(rig, diagnosis));
@@ -359,7 +389,7 @@ fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
 fn error_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
     let fit = &diagnosis.verdict.fit;
     let mut table = Table::new([
-        "free run, rms",
+        "error, rms",
         "unit",
         "training",
         "held out",
@@ -426,7 +456,7 @@ fn error_bars(rig: &Rig, diagnosis: &Diagnosis) -> BarChart {
             .collect()
     };
     BarChart::new(
-        "Error of the free run, relative to the rig as given",
+        "Error, relative to the rig as given",
         signals.iter().copied(),
     )
     .axis("relative error", "")

@@ -98,7 +98,7 @@ pub(super) fn line(name: &str, role: Role, time_s: &[f64], values: &[f64], unit:
     Series::new(name, role, points)
 }
 
-/// The recorded signals that drive the law.
+/// The recorded signals that drive the law and are not predicted by it.
 fn input_panels(law: Law, rig: &Rig, track: &Track<'_>) -> Vec<Chart> {
     let signals: &[&str] = match law {
         Law::Chambers => &["u", "x", "p_s"],
@@ -106,8 +106,11 @@ fn input_panels(law: Law, rig: &Rig, track: &Track<'_>) -> Vec<Chart> {
         Law::Force => &["x", "p_a", "p_b"],
         Law::Actuator => &["u"],
     };
+    let outputs = law.outputs(rig);
+    let is_driver = |signal: &&&str| outputs.iter().all(|output| output.signal != **signal);
     signals
         .iter()
+        .filter(is_driver)
         .filter_map(|signal| signal_panel(rig, track, signal))
         .map(|panel| panel.height(INPUT_HEIGHT_PX))
         .collect()

@@ -21,7 +21,7 @@ fn places(verdict: &Verdict) -> String {
         .iter()
         .map(|located| {
             format!(
-                "{} ({:.0} % of the misfit; {})",
+                "{} ({:.0} % of its law's misfit; {})",
                 located.place,
                 100.0 * located.share,
                 located.when

@@ -184,6 +184,12 @@ pub fn digits(value: f64) -> String {
 impl Size {
     /// "wall conductance a 33.7 ± 0.9 W/K"
     pub fn spoken(&self) -> String {
+        let (words, number, unit) = self.parts();
+        format!("{words} {number} {unit}").trim().to_owned()
+    }
+
+    /// What it is, the number, its unit.
+    pub fn parts(&self) -> (String, String, &'static str) {
         let (words, unit, factor) = match spoken_as(&self.parameter, self.value) {
             Some((words, spoken)) => (words, spoken.unit, spoken.factor),
             None => (self.parameter.clone(), "", 1.0),
@@ -192,7 +198,7 @@ impl Size {
             Some(std) if std > 0.0 => with_deviation(self.value * factor, std),
             _ => digits(self.value * factor),
         };
-        format!("{words} {number} {unit}").trim().to_owned()
+        (words, number, unit)
     }
 }
 
