@@ -1,18 +1,21 @@
 //! What a command that is given more often than it is recorded would leave.
 //!
 //! Between two rows the model holds the command of the first. A controller that runs faster
-//! than the logger, and whose command carries the noise of its sensors, gave others, and they
-//! are lost. How far they may have been off shows in what a row's command differs from the mean
-//! of its neighbours: for white noise that has 3/2 of the variance of the noise, and the command that
-//! was held, the mean of two of which one is known, is off by half of it.
+//! than the logger gave others, and they are lost: of its noise little shows in the pressures,
+//! but a step that falls between two rows is late by a part of a row. How far commands may have
+//! been off shows in what a row's command differs from the mean of its neighbours: of a step J
+//! between two rows that is J/2 in both.
 
 use super::fitted::{Bench, Fitted};
 use super::refit::Refit;
 use crate::laws::{Law, Track};
 use crate::recording::Recording;
 
-/// Deviation of the held command over what a command differs from its neighbours' mean.
-const LOST: f64 = 0.577;
+/// Deviation of the held command over what a command differs from its neighbours' mean. A
+/// logger half as fast as the controller holds J for half a row or not at all: J/sqrt(8) in
+/// the mean square, which two rows that are off by 0.5 J/2 each come to. One that is much
+/// slower comes to J/sqrt(3), and 0.82.
+const LOST: f64 = 0.58;
 
 /// The energy that lost commands would leave after a refit, over what a model misses above
 /// the noise.
