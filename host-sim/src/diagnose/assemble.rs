@@ -332,6 +332,11 @@ pub(super) fn is_unexplained(law: &LawDiagnosis) -> bool {
     law.missed && !is_enough(law.explained) && !law.evidence.is_empty()
 }
 
+/// Effects without a name, as they explain too little: then they must do no harm either.
+pub(super) fn is_unnamed(law: &LawDiagnosis) -> bool {
+    is_unexplained(law) && law.term.is_none() && !law.improved.set.is_empty()
+}
+
 /// Held-out recordings spoke against effects with a name that explained what is missed.
 fn is_refuted(law: &LawDiagnosis) -> bool {
     law.missed && law.evidence.iter().any(|evidence| evidence.is_refuted)

@@ -168,12 +168,17 @@ impl LawDiagnosis {
     /// Held-out recordings refute what was put into the law: the refitted model stands.
     fn take_back(&mut self) {
         self.refuted = Some(assemble::what_was_put_in(self));
+        self.explained = 0.0;
+        self.term = None;
+        self.leave_out();
+    }
+
+    /// The refitted model stands for the improved one.
+    fn leave_out(&mut self) {
         self.evidence.iter_mut().for_each(Evidence::refute);
         self.improved = self.baseline.clone();
         self.rivals.clear();
         self.next_experiment = None;
-        self.term = None;
-        self.explained = 0.0;
         let (refitted, improved) = (Model::Refitted as usize, Model::Improved as usize);
         self.frozen[improved] = self.frozen[refitted].clone();
         self.train[improved] = self.train[refitted].clone();
@@ -221,6 +226,8 @@ pub fn diagnose<E>(
         law.held_out = runs(law.law, rig, &tracks, &law.frozen);
         if proof::refutes(law, &held_out) {
             law.take_back();
+        } else if assemble::is_unnamed(law) && proof::worsens_a_signal(law, &held_out) {
+            law.leave_out();
         }
         if proof::surprises(law, &held_out) {
             law.is_surprised = true;

@@ -281,6 +281,17 @@ pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
     }
 }
 
+/// Whether held-out recordings show some signal to be predicted worse over the horizon with
+/// what was put into a law than without.
+pub(super) fn worsens_a_signal(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
+    let horizon = |model| energies(law, model, |run| &run.horizon, held_out);
+    let pairs = horizon(Model::Improved).zip(horizon(Model::Refitted));
+    pairs.is_some_and(|(improved, refitted)| {
+        let mut signals = improved.iter().zip(&refitted);
+        signals.any(|(improved, refitted)| *improved > REFUTED.powi(2) * refitted)
+    })
+}
+
 /// Error of a free run over held-out recordings, over the noise, from which they show what the
 /// training recordings do not.
 const SURPRISING: f64 = 2.0;
