@@ -181,6 +181,21 @@ mod tests {
         }
     }
 
+    /// A rig without uncertainties: nothing is refitted, and nothing takes a change up.
+    #[test]
+    fn regress_a_model_without_parameters_has_limits() {
+        let (mut rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
+        rig.uncertainty.clear();
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let mut bench = Bench::new(Law::Balance, &rig, &tracks);
+        let model = search::baseline(&bench).unwrap();
+        bench.noise = noise::floor(&bench, &model);
+        bench.candidates = candidates::candidates(Law::Balance, &rig, &tracks, 1.0);
+        let limits = limits(&bench, &model);
+        assert_eq!(limits.len(), bench.candidates.len());
+        assert!(limits.iter().any(|limit| limit.sizes.is_some()));
+    }
+
     fn stronger(
         bench: &Bench<'_>,
         candidate: usize,

@@ -148,6 +148,9 @@ fn take_away(left: &mut Columns, slope: &Columns, step: f64) {
 
 /// The pseudo-inverse, with parameters of pascals and of metres in units of their own.
 fn inverse(curvature: DMatrix<f64>) -> DMatrix<f64> {
+    if curvature.is_empty() {
+        return curvature;
+    }
     let unit = curvature.diagonal().map(|square| {
         if square > 0.0 {
             square.sqrt().recip()
