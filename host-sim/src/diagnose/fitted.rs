@@ -339,8 +339,9 @@ impl<'a> Bench<'a> {
         };
         let fit = solve(&mut problem, &parameters, &options).ok()?;
         self.count_work(fit.iterations, parameters.len());
-        let mean_square = self.mean_square(&problem, &fit.values);
-        let inflation = correlation_length(&self.residuals(&problem, &fit.values)).sqrt();
+        let residuals = self.residuals(&problem, &fit.values);
+        let mean_square = mean_squares(&residuals);
+        let inflation = correlation_length(&residuals).sqrt();
         let deviation = |sd: &Option<f64>| sd.map(|sd| sd * inflation);
         let fitted = Fitted {
             set: set.to_vec(),
@@ -466,20 +467,6 @@ impl<'a> Bench<'a> {
         declared.unwrap_or(10.0).max(1.0)
     }
 
-    fn mean_square(&self, problem: &LawProblem<'_>, values: &[f64]) -> Vec<f64> {
-        self.residuals(problem, values)
-            .iter()
-            .map(|columns| {
-                let (sum, count) = columns
-                    .iter()
-                    .flatten()
-                    .filter(|residual| residual.is_finite())
-                    .fold((0.0, 0_usize), |(sum, count), r| (sum + r * r, count + 1));
-                sum / count.max(1) as f64
-            })
-            .collect()
-    }
-
     /// Residuals (predicted less recorded) by output, then by recording.
     pub fn residuals(&self, problem: &LawProblem<'_>, values: &[f64]) -> Vec<Vec<Vec<f64>>> {
         let outputs = self.law.outputs(self.rig).len();
@@ -583,7 +570,7 @@ impl<'a> Bench<'a> {
     pub(super) fn with_values(&self, model: &Fitted, values: Vec<f64>) -> Fitted {
         let presence = model.presence.as_ref();
         let mean_square = self.with_problem(&model.set, self.tracks, presence, |problem| {
-            self.mean_square(problem, &values)
+            mean_squares(&self.residuals(problem, &values))
         });
         Fitted {
             values,
@@ -673,6 +660,17 @@ fn replaced(values: &[f64], places: &[usize], numbers: &[f64]) -> Vec<f64> {
         values[place] = number;
     }
     values
+}
+
+/// Of residuals by output and recording, the mean square of each output.
+fn mean_squares(residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
+    let of_output = |columns: &Vec<Vec<f64>>| {
+        let rows = columns.iter().flatten();
+        let finite = rows.filter(|residual| residual.is_finite());
+        let (sum, count) = finite.fold((0.0, 0_usize), |(sum, count), r| (sum + r * r, count + 1));
+        sum / count.max(1) as f64
+    };
+    residuals.iter().map(of_output).collect()
 }
 
 fn shared_count(free: &[FreeParameter]) -> usize {

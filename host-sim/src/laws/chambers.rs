@@ -296,6 +296,7 @@ pub(super) fn predict<R: Real>(
         sink.row(row, &showing[..outputs], &states[..layout.count()]);
     };
     report(&state, &shown, rows.start);
+    let mut position_m = drive.position(rows.start);
     for row in rows.start..rows.end.saturating_sub(1) {
         let open = share_open(drive.time_s, row, onset_s);
         pneumatics.leak_a = leaks.0.scaled(open);
@@ -304,7 +305,9 @@ pub(super) fn predict<R: Real>(
             .as_ref()
             .map(|(valve, spool)| (valve, spool[row - rows.start]));
         let before = pressures(&sides, &state);
-        advance(&pneumatics, &mut state, valve_now, &drive, row);
+        let way_m = (position_m, drive.position(row + 1));
+        advance(&pneumatics, &mut state, valve_now, &drive, (row, way_m));
+        position_m = way_m.1;
         let after = pressures(&sides, &state);
         let dt = R::from_f64(track.dt_s(row));
         for (side, slot) in shown.iter_mut().enumerate() {
@@ -326,7 +329,7 @@ fn advance<R: Real>(
     state: &mut PneumaticState<R>,
     valve: Option<(&Valve<R>, R)>,
     drive: &Drive<'_, R>,
-    row: usize,
+    (row, (from, to)): (usize, (R, R)),
 ) {
     let dt_s = drive.time_s[row + 1] - drive.time_s[row];
     let longest = if valve.is_some() {
@@ -336,8 +339,7 @@ fn advance<R: Real>(
     };
     let steps = (dt_s / longest).ceil().clamp(1.0, MOST_SUBSTEPS);
     let step_s = R::from_f64(dt_s / steps);
-    let from = drive.position(row);
-    let way = drive.position(row + 1) - from;
+    let way = to - from;
     let valve = valve.map(|(valve, spool_v)| ValveDrive {
         areas: valve.areas(spool_v),
         supply: drive.supply(row),

@@ -325,9 +325,14 @@ fn delayed<R: Real>(time_s: &[f64], signal: &[f64], row: usize, delay_s: R) -> R
     if target >= time_s[last] {
         return R::from_f64(signal[last]);
     }
-    let above = time_s
-        .partition_point(|&time| time <= target)
-        .clamp(1, last);
+    // A delay is a few rows at the most: from the row itself it is nearer than by halves.
+    let mut above = (row + 1).min(last);
+    while above > 1 && time_s[above - 1] > target {
+        above -= 1;
+    }
+    while above < last && time_s[above] <= target {
+        above += 1;
+    }
     let (t0, t1) = (time_s[above - 1], time_s[above]);
     let slope = (signal[above] - signal[above - 1]) / (t1 - t0);
     R::from_f64(signal[above - 1]) + (at - R::from_f64(t0)) * R::from_f64(slope)
