@@ -28,7 +28,7 @@ pub(super) fn share(bench: &Bench<'_>, model: &Fitted) -> Option<f64> {
     let recordings: Option<Vec<Recording>> = bench.tracks.iter().map(with_lost_commands).collect();
     let recordings = recordings?;
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-    let refit = Refit::new(bench, model);
+    let refit = Refit::new(bench, model, bench.noise.clone());
     let left = refit.left_of(&bench.predicted_on(model, &tracks));
     Some(bench.energy(&left) / missed)
 }

@@ -191,6 +191,17 @@ impl<'a> Bench<'a> {
         Some(self.weighed(fitted, self.sigma(parent)))
     }
 
+    /// A set as a fit of it begins, from a model without some of its effects.
+    pub(super) fn begun(&self, set: &[usize], parent: &Fitted, start: usize) -> Fitted {
+        let begun = self.restricted(parent, set);
+        let parameters = self.with_problem(set, self.tracks, None, |problem| problem.parameters());
+        let started = self.started(parameters, &begun.names, set, Some(parent), start);
+        Fitted {
+            values: started.iter().map(|parameter| parameter.start).collect(),
+            ..begun
+        }
+    }
+
     /// A few iterations from each start of the new effects: the best of them,
     /// unfinished, to rank it among others.
     pub fn ranked(&self, set: &[usize], parent: &Fitted) -> Option<Fitted> {
@@ -416,7 +427,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The size of a residual: what the parent left unexplained, at least the noise.
-    fn sigma(&self, parent: Option<&Fitted>) -> Vec<f64> {
+    pub(super) fn sigma(&self, parent: Option<&Fitted>) -> Vec<f64> {
         match parent {
             Some(parent) => (parent.mean_square.iter().zip(&self.noise))
                 .enumerate()
@@ -478,6 +489,16 @@ impl<'a> Bench<'a> {
             }
         }
         all
+    }
+
+    /// What was recorded, by recording and output.
+    pub(super) fn recorded(&self) -> Vec<Columns> {
+        let outputs = self.law.outputs(self.rig);
+        let of_track = |track: &Track<'_>| {
+            let columns = outputs.iter().map(|output| track.recorded(output).to_vec());
+            columns.collect()
+        };
+        self.tracks.iter().map(of_track).collect()
     }
 
     /// Predictions of a fitted model for other tracks of the same recordings.

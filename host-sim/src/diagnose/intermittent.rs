@@ -6,10 +6,11 @@
 //! without it misses most, then, with the effect fitted to that, the span in which
 //! the model with it predicts better than the one without, until that stays.
 
-use super::fitted::{Bench, Fitted};
+use super::fitted::{Bench, Fitted, Set};
+use super::prospect::{self, PROMISING};
 use super::search::mean;
 use crate::fit::presence::{Presence, refined};
-use crate::laws::View;
+use crate::laws::{Law, View};
 use rayon::prelude::*;
 
 /// Effects that are followed to the end.
@@ -108,23 +109,12 @@ fn round(
     score: &(impl Fn(&Fitted) -> f64 + Sync),
     far: f64,
 ) -> Vec<Fitted> {
-    let begin = |(start, candidate): (&Start, usize)| {
-        let parent = Fitted {
-            presence: Some(Presence {
-                effect: bench.candidates[candidate].effect,
-                spans_s: start.spans_s.clone(),
-            }),
-            ..start.model.clone()
-        };
-        bench.ranked(&[candidate], &parent)
-    };
-    let may_begin = |&candidate: &usize| may_begin(bench, candidate);
-    let candidates: Vec<usize> = (0..bench.candidates.len()).filter(may_begin).collect();
-    let jobs = starts
+    let jobs: Vec<(Set, Fitted)> = starts
         .iter()
-        .flat_map(|start| candidates.iter().map(move |&candidate| (start, candidate)));
-    let jobs: Vec<(&Start, usize)> = jobs.collect();
-    let mut ranked: Vec<Fitted> = jobs.into_par_iter().filter_map(begin).collect();
+        .flat_map(|start| promising(bench, start, score))
+        .collect();
+    let begin = |(set, parent): &(Set, Fitted)| bench.ranked(set, parent);
+    let mut ranked: Vec<Fitted> = jobs.par_iter().filter_map(begin).collect();
     ranked.sort_by(|a, b| score(a).total_cmp(&score(b)));
     retain_first_of_each_set(&mut ranked);
     ranked.truncate(FINALISTS);
@@ -135,6 +125,37 @@ fn round(
         .collect();
     followed.sort_by(|a, b| score(a).total_cmp(&score(b)));
     followed
+}
+
+/// Every effect that may begin, with the model that it begins from; of the chambers', whose fits
+/// take long, those that promise most.
+fn promising(
+    bench: &Bench<'_>,
+    start: &Start,
+    score: &(impl Fn(&Fitted) -> f64 + Sync),
+) -> Vec<(Set, Fitted)> {
+    let begun = |candidate: usize| {
+        let presence = Some(Presence {
+            effect: bench.candidates[candidate].effect,
+            spans_s: start.spans_s.clone(),
+        });
+        let parent = Fitted {
+            presence,
+            ..start.model.clone()
+        };
+        (vec![candidate], parent)
+    };
+    let candidates = 0..bench.candidates.len();
+    let all: Vec<(Set, Fitted)> = candidates
+        .filter(|&candidate| may_begin(bench, candidate))
+        .map(begun)
+        .collect();
+    if bench.law == Law::Balance {
+        return all;
+    }
+    let order = prospect::order(bench, &start.model, &all, score);
+    let best = order.into_iter().take(PROMISING);
+    best.map(|place| all[place].clone()).collect()
 }
 
 /// Of models that are sorted, best first, the best one of each set.
@@ -275,7 +296,7 @@ fn seen(bench: &Bench<'_>, model: &Fitted) -> Option<Presence> {
 mod tests {
     use super::super::{drawn, search};
     use super::*;
-    use crate::laws::{Law, Track};
+    use crate::laws::Track;
     use truth_plant::{Kind, Request, Strength};
 
     /// A leak that tears open in mid-recording bends a refit everywhere.

@@ -50,7 +50,7 @@ const LARGEST_STEP: f64 = 30.0;
 
 /// The limits of all candidates beside a model that leaves nothing but noise.
 pub fn limits(bench: &Bench<'_>, model: &Fitted) -> Vec<Limit> {
-    let asked = Asked(Refit::new(bench, model));
+    let asked = Asked(Refit::new(bench, model, bench.noise.clone()));
     let candidates = (0..bench.candidates.len()).into_par_iter();
     candidates
         .map(|candidate| Limit {
@@ -161,7 +161,7 @@ mod tests {
         let model = search::baseline(&bench).unwrap();
         bench.noise = noise::floor(&bench, &model);
         bench.candidates = candidates::candidates(Law::Chambers, &rig, &tracks, 1.0);
-        let asked = Asked(Refit::new(&bench, &model));
+        let asked = Asked(Refit::new(&bench, &model, bench.noise.clone()));
         let effects = [
             "piston-leakage",
             "wall-temperature",

@@ -28,6 +28,7 @@ pub mod next_experiment;
 pub mod noise;
 mod phrase;
 pub mod proof;
+mod prospect;
 mod refit;
 pub mod search;
 mod shown;

@@ -19,10 +19,13 @@ pub(super) struct Refit<'a> {
     /// By recording and by parameter that acts on it: its place, and the slopes.
     slopes: Vec<Vec<(usize, Columns)>>,
     inverse_curvature: DMatrix<f64>,
+    /// The size of a residual, by output.
+    sigma: Vec<f64>,
 }
 
 impl<'a> Refit<'a> {
-    pub(super) fn new(bench: &'a Bench<'a>, model: &'a Fitted) -> Self {
+    /// A model whose residuals are weighed by this size, by output.
+    pub(super) fn new(bench: &'a Bench<'a>, model: &'a Fitted, sigma: Vec<f64>) -> Self {
         let (slopes, predicted, prior) = bench.with_model(model, |problem| {
             let predicted = outputs(problem, &model.values);
             let prior: Vec<f64> = problem
@@ -40,7 +43,7 @@ impl<'a> Refit<'a> {
         for of_recording in &slopes {
             for (row, first) in of_recording {
                 for (column, second) in of_recording {
-                    curvature[(*row, *column)] += product(first, second, &bench.noise);
+                    curvature[(*row, *column)] += product(first, second, &sigma);
                 }
             }
         }
@@ -51,7 +54,16 @@ impl<'a> Refit<'a> {
             predicted,
             slopes,
             inverse_curvature,
+            sigma,
         }
+    }
+
+    /// What two changes have in common, in units of the size of a residual.
+    pub(super) fn product(&self, one: &[Columns], other: &[Columns]) -> f64 {
+        let recordings = one.iter().zip(other);
+        recordings
+            .map(|(one, other)| product(one, other, &self.sigma))
+            .sum()
     }
 
     /// What the parameters cannot take up where the predictions were these.
@@ -61,7 +73,7 @@ impl<'a> Refit<'a> {
         let mut pushes = DVector::zeros(self.model.values.len());
         for (of_recording, difference) in self.slopes.iter().zip(&differences) {
             for (place, slope) in of_recording {
-                pushes[*place] += product(slope, difference, &self.bench.noise);
+                pushes[*place] += product(slope, difference, &self.sigma);
             }
         }
         let step = &self.inverse_curvature * pushes;
@@ -89,10 +101,17 @@ fn slopes(
     values: &[f64],
     predicted: &[Columns],
 ) -> Vec<Vec<(usize, Columns)>> {
-    let active: Vec<Vec<usize>> = (0..predicted.len())
-        .map(|recording| problem.active(recording))
-        .collect();
     let parameters = problem.parameters();
+    let is_free = |&place: &usize| parameters[place].lower < parameters[place].upper;
+    let active: Vec<Vec<usize>> = (0..predicted.len())
+        .map(|recording| {
+            problem
+                .active(recording)
+                .into_iter()
+                .filter(is_free)
+                .collect()
+        })
+        .collect();
     let mut all = vec![Vec::new(); predicted.len()];
     let most = active.iter().map(Vec::len).max().unwrap_or(0);
     for slot in 0..most {
@@ -122,23 +141,23 @@ fn difference(one: &Columns, other: &Columns) -> Columns {
         .collect()
 }
 
-/// Sum over all predicted rows in units of the noise.
-fn product(one: &Columns, other: &Columns, noise: &[f64]) -> f64 {
-    let outputs = one.iter().zip(other).zip(noise);
+/// Sum over all predicted rows in units of the size of a residual.
+fn product(one: &Columns, other: &Columns, sigma: &[f64]) -> f64 {
+    let outputs = one.iter().zip(other).zip(sigma);
     outputs
-        .map(|((one, other), noise)| {
+        .map(|((one, other), sigma)| {
             let sum: f64 = one
                 .iter()
                 .zip(other)
                 .map(|(one, other)| one * other)
                 .filter(|product| !product.is_nan())
                 .sum();
-            sum / noise.powi(2)
+            sum / sigma.powi(2)
         })
         .sum()
 }
 
-fn take_away(left: &mut Columns, slope: &Columns, step: f64) {
+pub(super) fn take_away(left: &mut Columns, slope: &Columns, step: f64) {
     for (left, slope) in left.iter_mut().zip(slope) {
         for (left, slope) in left.iter_mut().zip(slope) {
             *left -= slope * step;

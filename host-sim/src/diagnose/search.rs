@@ -13,6 +13,7 @@ use crate::laws::{Law, balance, median_step_s};
 use super::fitted::{Bench, Fitted, Set};
 use super::intermittent;
 use super::materiality::Mark;
+use super::prospect::{self, PROMISING};
 use crate::fit::Presence;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -529,6 +530,11 @@ impl<'a> Judge<'a> {
             }
         }
         let bench = self.bench;
+        if let [parent] = parents
+            && self.tells_by_prospects(parent)
+        {
+            jobs = self.promising(jobs, parent);
+        }
         let children: Vec<Fitted> = if self.bench.is_long() {
             let rank = |(set, parent): &(Set, &Fitted)| bench.ranked(set, parent);
             let mut ranked: Vec<Fitted> = jobs.par_iter().filter_map(rank).collect();
@@ -539,7 +545,7 @@ impl<'a> Judge<'a> {
                 FINALISTS
             };
             let mut rest = ranked.split_off(finalists.min(ranked.len()));
-            let twins = rest.extract_if(.., |one| self.holds_twins(one));
+            let twins = rest.extract_if(.., |one| self.holds_twins(&one.set));
             ranked.extend(twins);
             let finish = |one: &Fitted| self.finished(one);
             let finished = ranked.par_iter().filter_map(finish).collect();
@@ -554,14 +560,33 @@ impl<'a> Judge<'a> {
         children
     }
 
+    /// Whether sets on top of this one are told by what they promise first. A rig as given is
+    /// no minimum to draw straight lines from, and fits of forces are short.
+    fn tells_by_prospects(&self, parent: &Fitted) -> bool {
+        self.bench.is_long() && self.bench.law != Law::Balance && !parent.set.is_empty()
+    }
+
+    /// The sets that promise most, and those that hold one effect at two places.
+    fn promising<'p>(
+        &self,
+        jobs: Vec<(Set, &'p Fitted)>,
+        parent: &Fitted,
+    ) -> Vec<(Set, &'p Fitted)> {
+        let score = |fitted: &Fitted| self.score(fitted);
+        let order = prospect::order(self.bench, parent, &jobs, &score);
+        let best = order.iter().take(PROMISING).copied();
+        let is_twin = |place: &usize| self.holds_twins(&jobs[*place].0);
+        let twins = order.iter().skip(PROMISING).copied().filter(is_twin);
+        best.chain(twins).map(|place| jobs[place].clone()).collect()
+    }
+
     /// Whether a set holds one effect at two places: what is wrong with one chamber often
     /// is with the other, and neither explains much alone.
-    fn holds_twins(&self, model: &Fitted) -> bool {
+    fn holds_twins(&self, set: &Set) -> bool {
         let what = |index: &usize| {
             let candidate = &self.bench.candidates[*index];
             (candidate.effect, candidate.form)
         };
-        let set = &model.set;
         (1..set.len()).any(|place| {
             set[..place]
                 .iter()
