@@ -18,7 +18,7 @@ use std::borrow::Borrow;
 const SAME: f64 = 1e-6;
 
 /// So many that promise most are fitted. In 13 concealed cases the set that a few iterations of
-/// every fit put first stood at the fourth place or before, wherever anything was explained.
+/// every fit put first was among these, mostly the first, wherever anything was explained.
 pub(super) const PROMISING: usize = 6;
 
 /// Sets one effect larger than their parent, which is `model` but for when that effect is
