@@ -1,4 +1,4 @@
-//! Text helpers shared by the readers: one-line error texts and suggestions.
+//! Text helpers shared by readers and writers: one-line error texts, suggestions, numbers.
 
 /// Longest piece of foreign text (a cell, a key) quoted in an error line.
 const QUOTED_CHARACTERS: usize = 60;
@@ -11,6 +11,11 @@ pub(crate) fn one_line(text: &str) -> String {
 /// Shows a file name on one line; file names may hold line breaks.
 pub(crate) fn file_name(path: &str) -> String {
     escape(path, usize::MAX)
+}
+
+/// A fitted number to nine digits: more than a recording tells or an `f32` holds, and to be read.
+pub(crate) fn rounded(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
 }
 
 fn escape(text: &str, limit: usize) -> String {
@@ -135,6 +140,14 @@ mod tests {
     #[test]
     fn val_line_breaks_are_escaped() {
         assert_eq!(one_line("a\nb\u{2028}c"), "a\\nb\\u{2028}c");
+    }
+
+    #[test]
+    fn prop_a_fitted_number_has_nine_digits() {
+        let same = |value: f64, shown: f64| assert_eq!(rounded(value).to_bits(), shown.to_bits());
+        same(62.134_839_210_484_72, 62.134_839_2);
+        same(-1.93e-5, -1.93e-5);
+        assert!(rounded(f64::NAN).is_nan());
     }
 
     #[test]

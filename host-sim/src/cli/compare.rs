@@ -25,8 +25,8 @@ pub struct CompareArguments {
     /// Write the findings as JSON.
     #[arg(long)]
     pub json: Option<PathBuf>,
-    /// The recordings.
-    #[arg(required = true)]
+    /// The recordings; `run.csv@0..50` is the first half of one.
+    #[arg(value_name = "FILE[@FROM..TO]", required = true)]
     pub recordings: Vec<PathBuf>,
 }
 

@@ -18,11 +18,11 @@ pub struct DiagnoseArguments {
     /// What is known of the rig.
     #[arg(long)]
     pub rig: PathBuf,
-    /// Recordings to learn from.
-    #[arg(long, num_args = 1.., required = true)]
+    /// Recordings to learn from; `run.csv@0..50` is the first half of one.
+    #[arg(long, value_name = "FILE[@FROM..TO]", num_args = 1.., required = true)]
     pub train: Vec<PathBuf>,
     /// Recordings to judge by; not read before every parameter is frozen.
-    #[arg(long = "held-out", num_args = 1..)]
+    #[arg(long = "held-out", value_name = "FILE[@FROM..TO]", num_args = 1..)]
     pub held_out: Vec<PathBuf>,
     /// Write the verdict here.
     #[arg(long)]

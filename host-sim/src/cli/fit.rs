@@ -26,11 +26,11 @@ pub struct FitArguments {
     /// that the rig file lists under `[uncertainty]`.
     #[arg(long, value_name = "KEY[=START][,LOWER..UPPER]", num_args = 1..)]
     pub free: Vec<String>,
-    /// Recordings to fit.
-    #[arg(long, required = true, num_args = 1..)]
+    /// Recordings to fit; `run.csv@0..50` is the first half of one.
+    #[arg(long, value_name = "FILE[@FROM..TO]", required = true, num_args = 1..)]
     pub train: Vec<PathBuf>,
     /// Recordings to predict with the fitted numbers.
-    #[arg(long, num_args = 1..)]
+    #[arg(long, value_name = "FILE[@FROM..TO]", num_args = 1..)]
     pub held_out: Vec<PathBuf>,
     /// Write the outcome as JSON.
     #[arg(long)]

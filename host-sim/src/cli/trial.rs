@@ -8,6 +8,7 @@ use crate::trial::{Scorecard, Setting, markdown, page, plan, run as run_case, se
 use clap::Args;
 use std::fs;
 use std::io::Write;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use truth_plant::Kind;
 
@@ -19,7 +20,7 @@ use truth_plant::Kind;
 pub struct TrialArguments {
     /// How many cases the scorecard shall hold.
     #[arg(long)]
-    pub cases: usize,
+    pub cases: NonZeroUsize,
     /// The seed that all cases follow from.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -60,7 +61,7 @@ pub fn run(arguments: &TrialArguments, out: &mut dyn Write) -> Result<(), Comman
         arguments.markdown.as_ref(),
     ];
     inputs::check_outputs(&[], &outputs.into_iter().flatten().collect::<Vec<_>>())?;
-    let planned = plan(setting, arguments.cases);
+    let planned = plan(setting, arguments.cases.get());
     let mut card = opened_or_new(arguments, setting)?;
     seal_cases(&mut card, &planned, arguments, out)?;
     let work = Work::new(arguments)?;

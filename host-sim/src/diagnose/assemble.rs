@@ -15,6 +15,7 @@ use crate::inspect::Fault;
 use crate::laws::Output;
 use crate::recording::Recording;
 use crate::rig::Rig;
+use crate::text::rounded;
 use std::collections::BTreeMap;
 
 /// An improved model that explains less than this of the energy of what was
@@ -41,7 +42,11 @@ pub fn improved_rig(rig: &Rig, laws: &[LawDiagnosis]) -> Rig {
                 let _ = improved.set_value(key, *value);
             }
         }
-        improved = improved.with_values(&law.improved.shared_values());
+        let mut fitted = law.improved.shared_values();
+        fitted
+            .values_mut()
+            .for_each(|value| *value = rounded(*value));
+        improved = improved.with_values(&fitted);
     }
     improved
 }

@@ -42,6 +42,7 @@ use crate::fit::{
 };
 use crate::laws::{Law, Track};
 use crate::rig::{Rig, ValveTable};
+use crate::text::rounded;
 
 /// Passes in which the weights follow the residuals; the last one counts their
 /// correlation in as well.
@@ -594,7 +595,7 @@ pub fn improved_rig(rig: &Rig, fits: &[LawFit]) -> (Rig, Vec<String>) {
     }
     let values = taken
         .into_iter()
-        .map(|(key, entry)| (key, entry.0))
+        .map(|(key, entry)| (key, rounded(entry.0)))
         .collect();
     (rig.with_values(&values), notes)
 }
