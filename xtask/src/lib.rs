@@ -8,13 +8,13 @@
 //! - `lint`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
 //! - `control`: the controller's scores and their generated tables
-//! - `evidence`: the diagnoses of the real recordings and their generated table
+//! - `evidence` and `trial`: the diagnoses of real recordings and of concealed cases, and their
+//!   tables, put by `generated` into a page that people write
 //! - `faults`: the fault campaign and its generated tables
 //! - `image` and `artefact`: building the images that boards run; as files for flashing tools
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
 //! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
 //! - `profile`: where the control task's instructions go
-//! - `trial`: the concealed trial and its generated tables
 //! - `demo`: the demonstration report
 
 mod apt;
@@ -28,6 +28,7 @@ mod demo;
 mod estimates;
 mod evidence;
 mod faults;
+mod generated;
 pub mod image;
 mod lint;
 pub mod plant;
@@ -51,7 +52,7 @@ cargo xtask <task>
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
         [--table-only]    write it from the last run
   control                 score the controller and a PID, write docs/control.md
-  evidence                diagnose the real recordings, write docs/evidence.md
+  evidence                diagnose the real recordings, write their part of docs/evidence.md
   trial [CASES]           judge the diagnosis on concealed cases, write its part of docs/evidence.md
   faults [SEEDS [MINUTES]]
                           every fault at every moment, write docs/faults.md
