@@ -118,6 +118,8 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[
             parameter("tank_volume_m3", "m3", 0.0, 0.0),
             parameter("feed_area_m2", "m2", 1e-5, 0.0),
+            // 1 where the recorded supply pressure is the regulator's, 0 where it is the tank's.
+            parameter("gauge_before_feed", "1", 0.0, 0.0),
         ],
     },
     Effect {

@@ -353,6 +353,12 @@ impl<R: Real> Values<'_, R> {
         }
     }
 
+    /// Whether the gauge of the supply shows the regulator's pressure and not the tank's.
+    pub fn gauge_before_feed(&self) -> bool {
+        let gauge = self.effect("supply-droop", "gauge_before_feed", 0.0);
+        gauge.value() > 0.5
+    }
+
     /// What the sensor of a chamber shows above its pressure, Pa.
     pub fn pressure_offset_pa(&self, side: Side) -> R {
         self.side_effect("pressure-sensor-offset", "offset_{}_Pa", side)

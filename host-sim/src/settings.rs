@@ -45,6 +45,11 @@ const NOT_ON_A_BOARD: &[(&str, &str, &str)] = &[
         "is a time of one recording and means nothing to a board; without it the leak is always open",
     ),
     (
+        "supply-droop",
+        "gauge_before_feed",
+        "says where a recording's gauge sat, and no law of the axis asks for that",
+    ),
+    (
         "pressure-sensor-lag",
         "time_constant_s",
         "is the sensor's, and the controller's model has none",

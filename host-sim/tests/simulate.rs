@@ -509,6 +509,7 @@ fn telling(key: &str) -> f64 {
         "rising_per_s" | "falling_per_s" => 10.0,
         "time_constant_s" => 0.004,
         "onset_s" => 0.1,
+        "gauge_before_feed" => 1.0,
         "of_velocity" => 1.0,
         "from" => -0.1,
         "to" => 0.1,

@@ -53,6 +53,9 @@ pub struct Candidate {
     /// Whether the residuals jump with its parameters: derivatives mislead there,
     /// and a search by values goes on where they end.
     pub is_rough: bool,
+    /// Whether an ordinary parameter takes it up where it is there all the time: then it is
+    /// tried for a part of the time only.
+    pub is_passing: bool,
 }
 
 impl Candidate {
@@ -75,7 +78,13 @@ impl Candidate {
             starts: vec![Vec::new()],
             marks: Vec::new(),
             is_rough: false,
+            is_passing: false,
         }
+    }
+
+    fn passing(mut self, is_passing: bool) -> Self {
+        self.is_passing = is_passing;
+        self
     }
 
     fn rough(mut self) -> Self {
@@ -557,15 +566,7 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
             (0.0, 1.0),
             &[0.03, 0.1],
         ),
-        // The tank drawn empty in a tenth and in half a second by an open valve; and a
-        // large one behind a regulator as wide as the valve.
-        Candidate::new("supply-droop", &["supply"])
-            .free("tank_volume_m3", (1e-5, 0.1), &[1e-3, 5e-3, 1e-2])
-            .free(
-                "feed_area_m2",
-                (1e-8, 1e-3),
-                &[0.3 * opening, 0.3 * opening, opening],
-            ),
+        supply_droop(opening),
         Candidate::new("exhaust-back-pressure", &["exhaust"])
             .free(
                 "silencer_area_m2",
@@ -574,6 +575,10 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
             )
             .free("volume_m3", (1e-6, 1e-3), &[2e-5]),
     ];
+    if rig.signals.contains("p_s") {
+        let gauge = supply_droop(opening).form("gauge before the feed");
+        all.push(gauge.switch("gauge_before_feed", 1.0));
+    }
     let near = nearest_end_m(rig, tracks);
     if let Some(near) = near.filter(|&near| near < LONGEST_CUSHION_M) {
         // A start that lies outside the cushion, or has a needle much wider than the true one,
@@ -595,6 +600,15 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
         );
     }
     all
+}
+
+/// The tank drawn empty in a tenth and in half a second by an open valve; and a large one
+/// behind a regulator as wide as the valve.
+fn supply_droop(opening_m2: f64) -> Candidate {
+    let feeds_m2 = [0.3 * opening_m2, 0.3 * opening_m2, opening_m2];
+    Candidate::new("supply-droop", &["supply"])
+        .free("tank_volume_m3", (1e-5, 0.1), &[1e-3, 5e-3, 1e-2])
+        .free("feed_area_m2", (1e-8, 1e-3), &feeds_m2)
 }
 
 fn actuator_candidates(tracks: &[Track<'_>]) -> Vec<Candidate> {
@@ -638,25 +652,8 @@ fn friction_candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit_n: f64)
     let levels = [force, 0.2 * force];
     let most = 1e3 * force;
     let mut all = Vec::new();
-    if rig.value("friction.coulomb_N").is_none() {
-        // Presliding over 20 um (metal guides) to 300 um (rubber seals).
-        let stiffness = [2e-5, 3e-4, 1e-4].map(|way| force / way);
-        let bounds = (force / 1e-2, force / 1e-6);
-        all.push(
-            Candidate::new("coulomb-friction", place)
-                .free("coulomb_N", (0.0, most), &levels[..1])
-                .free("bristle_stiffness_N_m", bounds, &stiffness),
-        );
-    }
-    if rig.value("friction.viscous_Ns_m").is_none() {
-        let speed = motion_speed(tracks);
-        let start = force / speed;
-        all.push(Candidate::new("viscous-friction", place).free(
-            "viscous_Ns_m",
-            (0.0, 1e3 * start),
-            &[start, 0.1 * start],
-        ));
-    }
+    all.push(coulomb(rig, force));
+    all.push(viscous(rig, force / motion_speed(tracks)));
     if rig.value("friction.static_N").is_none() {
         all.push(Candidate::new("stribeck-friction", place).free(
             "static_excess_N",
@@ -674,6 +671,41 @@ fn friction_candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit_n: f64)
         all.push(position_skew(rig, tracks));
     }
     all
+}
+
+/// Dry friction: all of it where the rig declares none, else what is there beside it.
+fn coulomb(rig: &Rig, force_n: f64) -> Candidate {
+    let candidate = Candidate::new("coulomb-friction", &["force-balance"]);
+    let key = "friction.coulomb_N";
+    if let Some(declared_n) = rig.value(key) {
+        let bounds = (-0.9 * declared_n, 20.0 * declared_n);
+        let starts = [0.3, -0.3].map(|share| share * declared_n);
+        let is_uncertain = rig.uncertainty_sd(key).is_some();
+        return candidate
+            .free("coulomb_N", bounds, &starts)
+            .passing(is_uncertain);
+    }
+    // Presliding over 20 um (metal guides) to 300 um (rubber seals).
+    let stiffness = [2e-5, 3e-4, 1e-4].map(|way| force_n / way);
+    let bounds = (force_n / 1e-2, force_n / 1e-6);
+    candidate
+        .free("coulomb_N", (0.0, 1e3 * force_n), &[force_n])
+        .free("bristle_stiffness_N_m", bounds, &stiffness)
+}
+
+/// Viscous friction: all of it where the rig declares none, else what is there beside it.
+fn viscous(rig: &Rig, start: f64) -> Candidate {
+    let candidate = Candidate::new("viscous-friction", &["force-balance"]);
+    let key = "friction.viscous_Ns_m";
+    if let Some(declared) = rig.value(key) {
+        let bounds = (-0.9 * declared, 1e3 * start.max(declared));
+        let starts = [0.5, -0.5].map(|share| share * declared);
+        let is_uncertain = rig.uncertainty_sd(key).is_some();
+        return candidate
+            .free("viscous_Ns_m", bounds, &starts)
+            .passing(is_uncertain);
+    }
+    candidate.free("viscous_Ns_m", (0.0, 1e3 * start), &[start, 0.1 * start])
 }
 
 /// What a carriage with friction and mass may leave out. Sizes begin where they
@@ -831,4 +863,78 @@ fn motion_speed(tracks: &[Track<'_>]) -> f64 {
         .select_nth_unstable_by(rank, f64::total_cmp)
         .1
         .max(1e-6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{drawn, noise, search};
+    use super::*;
+    use crate::diagnose::fitted::Bench;
+    use crate::random::Noise;
+    use crate::recording::Recording;
+    use truth_plant::{Kind, Request, Strength};
+
+    /// Friction that the rig holds uncertain is taken up by its refit; what it calls certain, or
+    /// does not state, is not.
+    #[test]
+    fn prop_what_a_refit_takes_up_is_an_effect_for_a_part_of_the_time() {
+        let (rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let passing = |rig: &Rig| -> Vec<&'static str> {
+            let all = candidates(Law::Balance, rig, &tracks, 1.0);
+            let passing = all.iter().filter(|candidate| candidate.is_passing);
+            passing.map(|candidate| candidate.effect).collect()
+        };
+        assert_eq!(passing(&rig), ["coulomb-friction", "viscous-friction"]);
+        let mut certain = rig.clone();
+        certain.uncertainty.remove("friction.viscous_Ns_m");
+        assert_eq!(passing(&certain), ["coulomb-friction"]);
+    }
+
+    /// A droop that the gauge does not show: it sits at the regulator.
+    #[test]
+    fn val_a_droop_behind_the_gauge_is_told_from_one_before_it() {
+        let (rig, mut recordings, regulator_pa) = drooping();
+        for (stream, recording) in recordings.iter_mut().enumerate() {
+            still(recording, regulator_pa, stream as u64);
+        }
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let mut bench = Bench::new(Law::Chambers, &rig, &tracks).for_search();
+        let baseline = search::baseline(&bench).unwrap();
+        bench.noise = noise::floor(&bench, &baseline);
+        bench.candidates = candidates(Law::Chambers, &rig, &tracks, 1.0);
+        let missed = |form: Option<&str>| {
+            let is_it = |one: &Candidate| one.effect == "supply-droop" && one.form == form;
+            let candidate = bench.candidates.iter().position(is_it).unwrap();
+            let given = bench.as_given(&baseline);
+            let fitted = bench.fit(&[candidate], Some(&given)).unwrap();
+            fitted.energy_above(&bench.noise)
+        };
+        let (at_tank, before_feed) = (missed(None), missed(Some("gauge before the feed")));
+        // What is left is the form: the truth's tank cools.
+        let refitted = baseline.energy_above(&bench.noise);
+        assert!(before_feed < 0.02 * refitted, "{before_feed} {refitted}");
+        assert!(at_tank > 10.0 * before_feed, "{at_tank} {before_feed}");
+    }
+
+    /// A case of the truth plant with a droop and a recorded supply pressure, and the pressure of
+    /// its regulator, which the tank never quite reaches.
+    fn drooping() -> (Rig, Vec<Recording>, f64) {
+        let records = |seed| {
+            let request = Request::new(seed, Kind::Single).with_noise(1.0);
+            let request = request.with_effect("supply-droop").unwrap();
+            let request = request.with_strength(Strength::Strong);
+            let (rig, recordings) = drawn::read(&request);
+            let has_gauge = rig.signals.contains("p_s");
+            has_gauge.then(|| (rig, recordings, request.draw().truth.plant["ps"]))
+        };
+        (1..20).find_map(records).unwrap()
+    }
+
+    fn still(recording: &mut Recording, regulator_pa: f64, stream: u64) {
+        let mut noise = Noise::new(7, stream);
+        for value in recording.signals.get_mut("p_s").unwrap() {
+            *value = regulator_pa + 250.0 * noise.normal();
+        }
+    }
 }

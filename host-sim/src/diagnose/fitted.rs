@@ -435,7 +435,7 @@ impl<'a> Bench<'a> {
                     // A residual that is limited by itself keeps its weight: else a fit
                     // that begins off all break-aways stays off them.
                     if self.is_of_events(output) {
-                        let of_inputs = noise.powi(2) - balance::OWN_NOISE_N[output].powi(2);
+                        let of_inputs = noise.powi(2) - balance::BREAKAWAY_NOISE_N.powi(2);
                         return balance::KNOWN_TO_N.hypot(of_inputs.max(0.0).sqrt());
                     }
                     square.sqrt().max(*noise)

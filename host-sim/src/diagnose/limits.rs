@@ -53,6 +53,7 @@ pub fn limits(bench: &Bench<'_>, model: &Fitted) -> Vec<Limit> {
     let asked = Asked(Refit::new(bench, model, bench.noise.clone()));
     let candidates = (0..bench.candidates.len()).into_par_iter();
     candidates
+        .filter(|&candidate| !bench.candidates[candidate].is_passing)
         .map(|candidate| Limit {
             candidate,
             sizes: asked.limit(candidate),

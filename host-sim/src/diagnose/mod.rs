@@ -30,6 +30,7 @@ mod phrase;
 pub mod proof;
 mod prospect;
 mod refit;
+mod remarks;
 pub mod search;
 mod shown;
 pub mod summary;
@@ -43,7 +44,7 @@ mod assemble;
 mod drawn;
 
 use crate::inspect::{self, Fault, Inspection};
-use crate::laws::{Law, Output, Track};
+use crate::laws::{Law, Output, Track, balance};
 use crate::model::Side;
 use crate::plant;
 use crate::recording::Recording;
@@ -81,6 +82,17 @@ impl Model {
     pub const ALL: [Self; 3] = [Self::Given, Self::Refitted, Self::Improved];
 }
 
+/// A moment in which the carriage left its place.
+#[derive(Clone, Copy, Debug)]
+pub struct BreakAway {
+    /// How long it had stood, s.
+    pub rest_s: f64,
+    /// The force at which it left less that of the refitted model, N.
+    pub refitted_n: f64,
+    /// The same of the improved one.
+    pub improved_n: f64,
+}
+
 /// What was found of one law.
 pub struct LawDiagnosis {
     /// The law.
@@ -103,6 +115,8 @@ pub struct LawDiagnosis {
     pub next_experiment: Option<NextExperiment>,
     /// Where the refitted baseline fails.
     pub located: Vec<Located>,
+    /// Of a carriage, when it left its place in the training recordings, and what was missed.
+    pub break_aways: Vec<BreakAway>,
     /// The input that would explain what the chambers' baseline misses.
     pub input: Option<Located>,
     /// What commands lost between the rows would leave, over what the baseline misses.
@@ -149,6 +163,15 @@ pub struct Diagnosis {
     pub held_out: Vec<Recording>,
 }
 
+impl Diagnosis {
+    /// What the laws predict, in the order in which it is shown.
+    pub fn outputs(&self) -> Vec<Output> {
+        let laws = self.laws.iter();
+        laws.flat_map(|law| law.law.outputs(&self.improved_rig))
+            .collect()
+    }
+}
+
 impl LawDiagnosis {
     /// What the improved model leaves of held-out recordings: predicted less recorded, by
     /// output, recording and row.
@@ -178,6 +201,9 @@ impl LawDiagnosis {
     fn leave_out(&mut self) {
         self.evidence.iter_mut().for_each(Evidence::refute);
         self.improved = self.baseline.clone();
+        for event in &mut self.break_aways {
+            event.improved_n = event.refitted_n;
+        }
         self.rivals.clear();
         self.next_experiment = None;
         let (refitted, improved) = (Model::Refitted as usize, Model::Improved as usize);
@@ -210,7 +236,10 @@ pub fn diagnose<E>(
         let (mut known, mut shown) = (rig.clone(), Cow::from(&train));
         for law in Law::of(rig, &recorded) {
             let diagnosis = diagnose_law(law, &known, &shown, progress);
-            if let Some(law) = &diagnosis {
+            if let Some(law) = diagnosis
+                .as_ref()
+                .filter(|law| !assemble::is_unexplained(law))
+            {
                 known = with_sensors(known, law);
                 if let Some(corrected) = without_passing_offsets(&shown, law) {
                     shown = Cow::from(corrected);
@@ -225,10 +254,10 @@ pub fn diagnose<E>(
     let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     for law in &mut laws {
         law.held_out = runs(law.law, rig, &tracks, &law.frozen);
-        if proof::refutes(law, &held_out) {
-            law.take_back();
-        } else if assemble::is_unnamed(law) && proof::worsens_a_signal(law, &held_out) {
+        if assemble::is_unnamed(law) && proof::worsens_a_signal(law, &held_out) {
             law.leave_out();
+        } else if proof::refutes(law, &held_out) {
+            law.take_back();
         }
         if proof::surprises(law, &held_out) {
             law.is_surprised = true;
@@ -240,8 +269,9 @@ pub fn diagnose<E>(
     let improved_rig = assemble::improved_rig(rig, &laws);
     let mut verdict = assemble::verdict(rig, &laws, &faults, &train, &held_out);
     notes.extend(inspect::noise_doubts(&inspections));
-    notes.extend(unrefitted(rig));
-    notes.extend(unjudged(rig, &laws));
+    notes.extend(remarks::unrefitted(rig));
+    notes.extend(remarks::strayed(rig, &verdict.parameters));
+    notes.extend(remarks::unjudged(rig, &laws));
     verdict.notes.extend(notes);
     Ok(Diagnosis {
         verdict,
@@ -250,30 +280,6 @@ pub fn diagnose<E>(
         train,
         held_out,
     })
-}
-
-/// What is to be said of a rig that holds no number to be uncertain.
-fn unrefitted(rig: &Rig) -> Option<String> {
-    let note = "the rig has no [uncertainty]: no number was refitted, and a wrong nameplate value looks like missing physics";
-    rig.uncertainty.is_empty().then(|| note.to_owned())
-}
-
-/// Of what the rig describes, what these signals say nothing of.
-fn unjudged(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
-    let judged = |law: Law| laws.iter().any(|one| one.law == law);
-    let moves = judged(Law::Carriage) || judged(Law::Force);
-    let described = [
-        (
-            rig.chambers.is_some() && !judged(Law::Chambers),
-            "the valve, the chambers and the supply were not judged: that takes x, a chamber's pressure and, with a valve, u",
-        ),
-        (
-            rig.carriage.is_some() && !moves,
-            "the carriage and its friction were not judged: that takes x with both pressures, or a force",
-        ),
-    ];
-    let silent = described.iter().filter(|(is_silent, _)| *is_silent);
-    silent.map(|(_, note)| (*note).to_owned()).collect()
 }
 
 /// The rig with what a law has shown of the sensors: the laws that use them
@@ -390,6 +396,7 @@ fn diagnose_law(
     let mut diagnosis = LawDiagnosis {
         law,
         located,
+        break_aways: break_aways(&full, &baseline, &settled.improved),
         input: None,
         lost_commands: None,
         missed,
@@ -577,6 +584,30 @@ fn shown(searched: &Bench<'_>, law: Law, baseline: &Fitted) -> Shown {
         residuals: bench.residuals_of(&model),
         noise: noise::floor(&bench, &model),
     }
+}
+
+/// The break-aways that both models follow.
+fn break_aways(bench: &Bench<'_>, baseline: &Fitted, improved: &Fitted) -> Vec<BreakAway> {
+    if bench.law != Law::Balance {
+        return Vec::new();
+    }
+    let [refitted, improved] =
+        [baseline, improved].map(|model| bench.residuals_of(model).swap_remove(balance::BREAKAWAY));
+    let of_recording = |(recording, track): (usize, &Track<'_>)| {
+        let (refitted, improved) = (&refitted[recording], &improved[recording]);
+        let event = |(row, rest_s): (usize, f64)| BreakAway {
+            rest_s,
+            refitted_n: refitted[row],
+            improved_n: improved[row],
+        };
+        let rests = balance::rests_s(bench.rig, track).into_iter();
+        let events: Vec<BreakAway> = rests.map(event).collect();
+        events
+    };
+    let tracks = bench.tracks.iter().enumerate();
+    let mut events: Vec<BreakAway> = tracks.flat_map(of_recording).collect();
+    events.retain(|event| event.refitted_n.is_finite() && event.improved_n.is_finite());
+    events
 }
 
 /// Every frozen model against every recording.

@@ -28,7 +28,8 @@ const EVENT_REACH: usize = 30;
 /// 1 Hz) looks like noise to it.
 pub fn of_outputs(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
     if law == Law::Balance {
-        return balance::OWN_NOISE_N.to_vec();
+        let coulomb_n = rig.value("friction.coulomb_N").unwrap_or(0.0);
+        return balance::own_noise_n(coulomb_n).to_vec();
     }
     law.outputs(rig)
         .iter()
@@ -62,7 +63,8 @@ pub fn floor(bench: &Bench<'_>, model: &Fitted) -> Vec<f64> {
     let tracks: Vec<Track<'_>> = shaken.iter().map(Track::new).collect();
     let still = bench.predicted_on(model, bench.tracks);
     let moved = bench.predicted_on(model, &tracks);
-    let own = of_outputs(bench.law, bench.rig, bench.tracks);
+    let fitted = bench.rig.with_values(&model.shared_values());
+    let own = of_outputs(bench.law, &fitted, bench.tracks);
     own.iter()
         .enumerate()
         .map(|(output, &own)| {

@@ -259,7 +259,8 @@ const REFUTED: f64 = 1.02;
 /// horizon and in the free run on balance. A slow effect shows in the free run alone, and over
 /// the horizon a skew of one file drowns it. Where the signal hangs on chance (a carriage
 /// that sticks, a load in its play) a few windows are most of the squares: a model that is
-/// plainly better in the typical window is not refuted by those.
+/// plainly better in the typical window is not refuted by those. Where it does not, no single
+/// signal may be predicted worse either: what is missing does not make a prediction worse.
 pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
     if law.improved.set.is_empty() {
         return false;
@@ -271,6 +272,9 @@ pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
     };
     if hangs_on_chance(law) && typical_ratio(law).is_some_and(|ratio| ratio < PLAIN_RATIO) {
         return false;
+    }
+    if !hangs_on_chance(law) && worsens_a_signal(law, held_out) {
+        return true;
     }
     let horizon = ratio(|run| &run.horizon);
     let free_run = ratio(|run| &run.free_run);

@@ -94,6 +94,7 @@ const SPOKEN: &[Spoken] = &[
     say("volume_m3", "volume", "cm³", 1e6),
     say("tank_volume_m3", "tank volume", "L", 1e3),
     say("feed_area_m2", "feed area", "mm²", 1e6),
+    say("gauge_before_feed", "gauge before the feed", "", 1.0),
     say("silencer_area_m2", "silencer's area", "mm²", 1e6),
     say("needle_area_m2", "needle's area", "mm²", 1e6),
     say("laminar_?_kg_s_Pa2", "coefficient ?", "kg/(s Pa²)", 1.0),
@@ -248,6 +249,9 @@ fn known_meaning(effect: &str, form: Option<&str>) -> Option<&'static str> {
         ("piston-leakage", _) => "gas passes the piston's seal through a laminar gap",
         ("chamber-leakage", Some("orifice")) => "gas leaks to the surroundings through an orifice",
         ("chamber-leakage", _) => "gas leaks to the surroundings through a laminar gap",
+        ("supply-droop", Some("gauge before the feed")) => {
+            "the supply's pressure sags at the valve, behind the gauge that records it: what feeds the valve there is too narrow"
+        }
         ("supply-droop", _) => {
             "the supply's pressure sags: the regulator refills its tank more slowly than the valve empties it"
         }

@@ -16,8 +16,8 @@
 //! such windows are left out. What stiction is shows at break-away (`breakaway`), one
 //! residual per event.
 
-pub use super::breakaway::KNOWN_TO_N;
-use super::breakaway::{BREAKAWAY_NOISE_N, Breakaway, Recorded, Stand, breakaways};
+pub use super::breakaway::{BREAKAWAY_NOISE_N, KNOWN_TO_N};
+use super::breakaway::{Breakaway, Recorded, Stand, breakaways, standing_m};
 use super::carriage_history::slope;
 use super::force::outer_n;
 use super::pressure_reading::PressureReading;
@@ -44,6 +44,9 @@ const SLIDING_NOISE_N: f64 = 0.15;
 /// The same while creeping: friction falls by some 2 kN s/m, the velocity is
 /// known to 0.3 mm/s.
 const CREEPING_NOISE_N: f64 = 0.5;
+/// ... and no better than this part of a dry friction that is larger than most (25 N): what a
+/// bristle gives way by, and later, grows with it.
+const CREEPING_NOISE_SHARE: f64 = 0.02;
 /// Between isothermal and adiabatic, for the air spring of a piston that begins to move.
 const POLYTROPIC: f64 = 1.2;
 
@@ -69,8 +72,11 @@ pub const CREEPING: usize = 1;
 /// The output of the break-aways; its residuals are limited.
 pub const BREAKAWAY: usize = 2;
 
-/// The noise of the outputs that the law itself knows of, N.
-pub const OWN_NOISE_N: [f64; 3] = [SLIDING_NOISE_N, CREEPING_NOISE_N, BREAKAWAY_NOISE_N];
+/// The noise of the outputs that the law itself knows of, N, beside a dry friction.
+pub fn own_noise_n(coulomb_n: f64) -> [f64; 3] {
+    let creeping_n = CREEPING_NOISE_N.max(CREEPING_NOISE_SHARE * coulomb_n);
+    [SLIDING_NOISE_N, creeping_n, BREAKAWAY_NOISE_N]
+}
 
 /// Bump and its second derivative, normalised to a mean.
 struct Bump {
@@ -124,19 +130,39 @@ fn or_infinite<R: Real>(residual: R) -> R {
 /// level, whatever a rig file says of that.
 pub(super) fn break_away_forces_n(rig: &Rig, track: &Track<'_>) -> Vec<f64> {
     let values = crate::plant::values(rig);
-    let (Some(position), Some(pressures)) =
-        (track.signal("x"), PressureReading::new(&values, track))
-    else {
+    let Some(pressures) = PressureReading::new(&values, track) else {
         return Vec::new();
     };
     let (carriage, constant_n) = (values.carriage(), values.friction_terms().constant_force_n);
-    let events = breakaways(&track.recording.time_s, position).into_iter();
-    events
+    events(rig, track)
+        .into_iter()
         .map(|event| {
             let [p_a, p_b] = pressures.at(event.row);
             event.direction * (carriage.drive_n(p_a, p_b) - constant_n)
         })
         .collect()
+}
+
+/// Within how much of its place the carriage of a rig stands, m: whatever is fitted, the same
+/// moments are looked at.
+fn declared_standing_m(rig: &Rig) -> f64 {
+    let held_n = rig.value("friction.static_N");
+    let stiffness_n_per_m = rig.value("friction.bristle_stiffness_N_m");
+    let deflection_m = held_n.zip(stiffness_n_per_m).map(|(held, by)| held / by);
+    standing_m(deflection_m.unwrap_or(0.0))
+}
+
+/// When the carriage leaves its place.
+fn events(rig: &Rig, track: &Track<'_>) -> Vec<Breakaway> {
+    let position = track.signal("x").unwrap_or_default();
+    breakaways(&track.recording.time_s, position, declared_standing_m(rig))
+}
+
+/// The row before which the carriage leaves its place, and how long it has stood there, s, for
+/// each time that it does.
+pub fn rests_s(rig: &Rig, track: &Track<'_>) -> Vec<(usize, f64)> {
+    let events = events(rig, track).into_iter();
+    events.map(|event| (event.row, event.rest_s)).collect()
 }
 
 pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: &mut impl Sink<R>) {
@@ -165,7 +191,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
             position > low.value() + AT_THE_END_M && position < high.value() - AT_THE_END_M
         })
     };
-    let events = breakaways(time, position).into_iter();
+    let events = events(values.rig, track).into_iter();
     let events = events.filter(|event| is_free(position[event.row]));
     let mut events = events.peekable();
     let mut breaks: Vec<(Breakaway, FrictionLevels<R>)> = Vec::new();
@@ -208,7 +234,8 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         driving.push(gas_n - held_n - outer);
         force.push(gas_n - load_n - outer - friction - viscous);
     }
-    let recorded = Recorded::new(time, position, &gas, &driving);
+    let standing_m = declared_standing_m(values.rig);
+    let recorded = Recorded::new(time, position, &gas, &driving, standing_m);
     for (event, levels) in breaks {
         let stand = Stand {
             carriage: &carriage,

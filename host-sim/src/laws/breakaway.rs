@@ -22,8 +22,13 @@ use model_core::real::Real;
 use std::ops::Range;
 
 /// The carriage stands where it stays within this of its place, m: presliding
-/// of metal guides is some 20 to 60 um.
+/// of metal guides is some 20 to 60 um ...
 const STANDING_M: f64 = 1e-4;
+/// ... or within this many times what its bristle gives way under the declared static friction:
+/// from the one side to the other it gives way twice that, and a seal that has aged holds more ...
+const STANDING_DEFLECTIONS: f64 = 3.0;
+/// ... (that not more than this part of the first way) ...
+const STANDING_OF_FIRST_WAY: f64 = 0.3;
 /// ... or within this many deviations of its sensor's noise ...
 const STANDING_DEVIATIONS: f64 = 5.0;
 /// ... for at least this long, s.
@@ -41,7 +46,7 @@ const FORCE_REACH: (usize, usize) = (2, 20);
 pub const KNOWN_TO_N: f64 = 0.4;
 /// Less than this is not looked into, N: twice what is known. A contact whose form is not quite
 /// the model's (elasto-plastic, Maxwell slip) left 1.1 to 2.5 N on four carriages.
-pub(super) const BREAKAWAY_NOISE_N: f64 = 0.8;
+pub const BREAKAWAY_NOISE_N: f64 = 0.8;
 /// By so many deviations of its noise a force has changed surely.
 const SURELY: f64 = 4.0;
 /// A break-away that is off by more than this says no more than that, N: it may
@@ -70,7 +75,7 @@ pub(super) struct Breakaway {
     /// +1 or -1.
     pub direction: f64,
     /// How long it has stood, s.
-    rest_s: f64,
+    pub rest_s: f64,
 }
 
 impl Breakaway {
@@ -81,10 +86,17 @@ impl Breakaway {
     }
 }
 
+/// Within how much of its place a carriage stands, m, whose bristle gives way by so much under
+/// its static friction.
+pub(super) fn standing_m(deflection_m: f64) -> f64 {
+    let most_m = STANDING_OF_FIRST_WAY * FIRST_WAY_M;
+    STANDING_M.max((STANDING_DEFLECTIONS * deflection_m).min(most_m))
+}
+
 /// The break-aways of a recorded position.
-pub(super) fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
+pub(super) fn breakaways(time_s: &[f64], position_m: &[f64], standing_m: f64) -> Vec<Breakaway> {
     let mut events = Vec::new();
-    let standing_m = STANDING_M.max(STANDING_DEVIATIONS * white_noise(position_m));
+    let stays_m = standing_m.max(STANDING_DEVIATIONS * white_noise(position_m));
     let Some(&first) = position_m.first() else {
         return events;
     };
@@ -94,7 +106,7 @@ pub(super) fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
     let (mut place_before, mut was_told) = (f64::INFINITY, false);
     for (row, &position) in position_m.iter().enumerate() {
         let away = position - place;
-        if away.abs() <= standing_m {
+        if away.abs() <= stays_m {
             rows += 1.0;
             place += away / rows;
             continue;
@@ -110,15 +122,17 @@ pub(super) fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
             events.pop();
         }
         place_before = place;
-        let instant = instant(&time_s[row..], &position_m[row..], place).filter(|_| !creeps);
+        let left = (&time_s[row..], &position_m[row..]);
+        // What has left as soon as it came has not stood: it went on, slowly.
+        let stood = |at_s: &f64| *at_s - time_s[since] >= LEAST_REST_S && *at_s <= time_s[row];
+        let instant = instant(left, place, standing_m).filter(|at_s| !creeps && stood(at_s));
         was_told = instant.is_some();
         if let Some(at_s) = instant {
-            let at_s = at_s.clamp(time_s[since], time_s[row]);
             events.push(Breakaway {
                 row: time_s.partition_point(|&time| time < at_s),
                 at_s,
                 direction: away.signum(),
-                rest_s,
+                rest_s: at_s - time_s[since],
             });
         }
         (place, since, rows) = (position, row, 1.0);
@@ -129,8 +143,8 @@ pub(super) fn breakaways(time_s: &[f64], position_m: &[f64]) -> Vec<Breakaway> {
 /// The instant at which a way that grows with the square of time began: the
 /// root of the way is a straight line of time. `None` where the carriage does
 /// not get through the first millimetre, or turns back.
-fn instant<R: Real>(time_s: &[R], position_m: &[R], place_m: R) -> Option<R> {
-    let is_first = |way: f64| way <= FIRST_WAY_M && way > 0.5 * STANDING_M;
+fn instant<R: Real>((time_s, position_m): (&[R], &[R]), place_m: R, standing_m: f64) -> Option<R> {
+    let is_first = |way: f64| way <= FIRST_WAY_M && way > 0.5 * standing_m;
     let roots: Vec<(R, R)> = time_s
         .iter()
         .zip(position_m)
@@ -168,9 +182,9 @@ fn reached<R: Real>(way_m: &[R], length_m: f64) -> Option<R> {
 /// The instant of [`instant`] as rows would show it, taken between the same two
 /// lengths whatever the parameters: rows that enter and leave would hide how the
 /// instant moves with them.
-fn instant_of_way<R: Real>(way_m: &[R]) -> Option<R> {
+fn instant_of_way<R: Real>(way_m: &[R], standing_m: f64) -> Option<R> {
     const ROWS: usize = 20;
-    let first_s = reached(way_m, STANDING_M)?;
+    let first_s = reached(way_m, standing_m)?;
     let last_s = reached(way_m, FIRST_WAY_M)?;
     let (mut time_s, mut position_m) = (Vec::with_capacity(ROWS), Vec::with_capacity(ROWS));
     for row in 0..ROWS {
@@ -182,7 +196,7 @@ fn instant_of_way<R: Real>(way_m: &[R]) -> Option<R> {
         time_s.push(at_s);
         position_m.push(from + (to - from) * part);
     }
-    instant(&time_s, &position_m, R::ZERO)
+    instant((&time_s, &position_m), R::ZERO, standing_m)
 }
 
 /// What was recorded of a carriage.
@@ -195,6 +209,8 @@ pub(super) struct Recorded<'a, R> {
     /// Force of the gas less that of a load behind its spring and all else that is no
     /// friction, N.
     driving_n: &'a [R],
+    /// Within how much of its place the carriage stands, m.
+    standing_m: f64,
     /// Rows on either side over which a force is averaged.
     reach: usize,
     /// Noise of such an average, N.
@@ -208,6 +224,7 @@ impl<'a, R: Real> Recorded<'a, R> {
         position_m: &'a [f64],
         gas_n: &'a [f64],
         driving_n: &'a [R],
+        standing_m: f64,
     ) -> Self {
         let row_noise_n = white_noise(gas_n);
         let rows = (row_noise_n / KNOWN_TO_N).powi(2);
@@ -218,6 +235,7 @@ impl<'a, R: Real> Recorded<'a, R> {
             position_m,
             gas_n,
             driving_n,
+            standing_m,
             reach,
             noise_n: row_noise_n / ((2 * reach + 1) as f64).sqrt(),
         }
@@ -251,12 +269,9 @@ impl<R: Real> Push<R> {
         let place_m = mean(&recorded.position_m[recorded.around(first)]);
         let way = |row: usize| event.direction * (recorded.position_m[row] - place_m);
         let last = (event.row..time_s.len()).find(|&row| way(row) > FIRST_WAY_M)?;
-        let begun = (event.row..last).find(|&row| way(row) > STANDING_M)?;
-        let left_s = instant(
-            &time_s[begun..last],
-            &recorded.position_m[begun..last],
-            place_m,
-        )?;
+        let begun = (event.row..last).find(|&row| way(row) > recorded.standing_m)?;
+        let left = (&time_s[begun..last], &recorded.position_m[begun..last]);
+        let left_s = instant(left, place_m, recorded.standing_m)?;
         let expanded_m = |rows: Range<usize>| {
             let ways: Vec<f64> = rows.map(|row| way(row).max(0.0)).collect();
             mean(&ways)
@@ -337,12 +352,13 @@ impl<R: Real> Stand<'_, R> {
         if scale * WORST_EVENT <= 1.0 {
             return None;
         }
-        let apart_n = push.at(R::from_f64(push.left_s)) - self.leaves_at_n(event, &push);
+        let leaves_at_n = self.leaves_at_n(event, &push, recorded.standing_m);
+        let apart_n = push.at(R::from_f64(push.left_s)) - leaves_at_n;
         Some(limited(apart_n * R::from_f64(scale)))
     }
 
     /// The force at which the model leaves.
-    fn leaves_at_n(&self, event: &Breakaway, push: &Push<R>) -> R {
+    fn leaves_at_n(&self, event: &Breakaway, push: &Push<R>, standing_m: f64) -> R {
         let bristle = self.carriage.bristle;
         let dwell = self
             .carriage
@@ -373,7 +389,7 @@ impl<R: Real> Stand<'_, R> {
             age = dwell.step(age, velocity, step_s);
             way += step_s * velocity;
         }
-        let at_s = instant_of_way(&way_m);
+        let at_s = instant_of_way(&way_m, standing_m);
         push.at(at_s.unwrap_or_else(|| R::from_f64(way_m.len() as f64 * STEP_S)))
     }
 }
@@ -434,7 +450,7 @@ mod tests {
             direction: 1.0,
             rest_s: 0.5,
         };
-        stand.leaves_at_n(&event, &push)
+        stand.leaves_at_n(&event, &push, STANDING_M)
     }
 
     #[test]
@@ -458,5 +474,39 @@ mod tests {
                 assert!((slopes[index] - difference).abs() < 0.03 * scale);
             }
         }
+    }
+
+    const ROWS_PER_S: f64 = 1000.0;
+
+    /// A carriage that gives way by so much over a second and a half, then leaves at 10 m/s2.
+    fn leaves(gives_way_m: f64) -> (Vec<f64>, Vec<f64>) {
+        let times: Vec<f64> = (0..1700).map(|row| f64::from(row) / ROWS_PER_S).collect();
+        let place = |&time: &f64| {
+            let gone_s = (time - 1.5).max(0.0);
+            gives_way_m * (time / 1.5).min(1.0).powi(3) + 5.0 * gone_s * gone_s
+        };
+        let positions = times.iter().map(place).collect();
+        (times, positions)
+    }
+
+    #[test]
+    fn regress_a_bristle_that_gives_way_far_leaves_all_the_same() {
+        // 50 N at 1 N/um.
+        let standing_m = standing_m(5e-5);
+        for gives_way_m in [0.0, 5e-5, 1.5e-4] {
+            let (times, positions) = leaves(gives_way_m);
+            let events = breakaways(&times, &positions, standing_m);
+            assert_eq!(events.len(), 1, "{gives_way_m}: {events:?}");
+            assert!((events[0].rest_s - 1.5).abs() < 0.02, "{events:?}");
+        }
+    }
+
+    /// It slows down, nearly stops and goes on: nothing has broken away.
+    #[test]
+    fn regress_a_carriage_that_creeps_on_has_not_left() {
+        let times: Vec<f64> = (0..400).map(|row| f64::from(row) / ROWS_PER_S).collect();
+        let place = |&time: &f64| 20.0 * (time - 0.2).powi(3) + 2e-3 * (time - 0.2);
+        let positions: Vec<f64> = times.iter().map(place).collect();
+        assert_eq!(breakaways(&times, &positions, STANDING_M), []);
     }
 }

@@ -192,7 +192,8 @@ fn tank_start(
 ) -> InitialState {
     let regulator_pa = values.get_or("supply.pressure_Pa", DEFAULT_SUPPLY_PA);
     let recorded = recording.signal("p_s");
-    let seen = recorded.map(|signal| view.value(&recording.time_s, signal, row));
+    let at_tank = recorded.filter(|_| !values.gauge_before_feed());
+    let seen = at_tank.map(|signal| view.value(&recording.time_s, signal, row));
     let share = match seen {
         Some(_) => INITIAL_PRESSURE_SHARE,
         None => INITIAL_DROOP_SHARE,
@@ -215,8 +216,8 @@ struct Drive<'a, R> {
     supply_pa: Option<&'a [f64]>,
     declared_supply_pa: R,
     supply_temperature_k: R,
-    /// Whether the valve draws from a modelled tank, which the regulator feeds.
-    has_tank: bool,
+    /// Whether the gauge of the supply sits at a modelled tank, which the regulator feeds.
+    gauges_tank: bool,
     skew_s: R,
 }
 
@@ -251,16 +252,17 @@ pub(super) fn predict<R: Real>(
     };
     let valve = values.valve().and_then(Result::ok);
     let sides: Vec<Side> = sides(values.rig).collect();
+    let gauges_tank = pneumatics.supply_droop.is_present() && !values.gauge_before_feed();
     let drive = Drive {
         position_m: track.signal("x"),
         time_s: &track.recording.time_s,
         command_v: track.signal("u"),
         supply_pa: track
             .signal("p_s")
-            .filter(|_| !predicts_supply(values.rig) && !pneumatics.supply_droop.is_present()),
+            .filter(|_| !predicts_supply(values.rig) && !gauges_tank),
         declared_supply_pa: values.get_or("supply.pressure_Pa", DEFAULT_SUPPLY_PA),
         supply_temperature_k: values.ambient().temperature_k,
-        has_tank: pneumatics.supply_droop.is_present(),
+        gauges_tank,
         skew_s: values.effect("position-time-skew", "delay_s", 0.0),
     };
     let onset_s = values.effect("chamber-leakage", "onset_s", f64::NEG_INFINITY);
@@ -287,7 +289,7 @@ pub(super) fn predict<R: Real>(
         for (index, slot) in showing.iter_mut().take(sides.len()).enumerate() {
             *slot = shown[index] + offsets_pa[index];
         }
-        showing[sides.len()] = if drive.has_tank {
+        showing[sides.len()] = if drive.gauges_tank {
             state.tank.pressure_pa(drive.declared_supply_pa)
         } else {
             drive.declared_supply_pa
@@ -348,10 +350,8 @@ fn advance<R: Real>(
     for step in 1..=steps as u32 {
         let next = from + way * R::from_f64(f64::from(step) / steps);
         match &valve {
-            Some(regulated) if drive.has_tank => {
-                pneumatics.step_behind_regulator(state, regulated, here, next, step_s);
-            }
-            _ => pneumatics.step(state, valve.as_ref(), here, next, step_s),
+            Some(valve) => pneumatics.step_behind_regulator(state, valve, here, next, step_s),
+            None => pneumatics.step(state, None, here, next, step_s),
         }
         here = next;
     }

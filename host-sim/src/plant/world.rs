@@ -21,7 +21,7 @@ pub struct Sample {
     pub pressure_a_pa: f64,
     /// Pressure of chamber b, Pa absolute.
     pub pressure_b_pa: f64,
-    /// Supply pressure at the valve, Pa absolute.
+    /// Supply pressure where its gauge sits, Pa absolute: at the valve, unless the rig says.
     pub supply_pressure_pa: f64,
     /// Position, m.
     pub position_m: f64,
@@ -44,6 +44,8 @@ pub struct World {
     pub state: AxisState<f64>,
     /// Supply pressure at the regulator, Pa absolute.
     pub supply_pressure_pa: f64,
+    /// Whether its gauge sits there too, and not at the valve.
+    gauges_regulator: bool,
     leak_onset_s: f64,
     /// The leaks of both chambers once open.
     leaks: (ChamberLeakage<f64>, ChamberLeakage<f64>),
@@ -53,6 +55,7 @@ impl World {
     /// The rig's axis in a state.
     pub fn new(rig: &Rig, axis: Axis<f64>, state: AxisState<f64>, supply_pressure_pa: f64) -> Self {
         Self {
+            gauges_regulator: values(rig).gauge_before_feed(),
             leak_onset_s: leak_onset_s(rig),
             leaks: (axis.pneumatics.leak_a, axis.pneumatics.leak_b),
             axis,
@@ -86,7 +89,11 @@ impl World {
             command_v,
             pressure_a_pa: a.pressure_pa,
             pressure_b_pa: b.pressure_pa,
-            supply_pressure_pa: pneumatics.tank.pressure_pa(self.supply_pressure_pa),
+            supply_pressure_pa: if self.gauges_regulator {
+                self.supply_pressure_pa
+            } else {
+                pneumatics.tank.pressure_pa(self.supply_pressure_pa)
+            },
             position_m: carriage.position_m.value,
             velocity_m_s: carriage.velocity_m_per_s,
             temperature_a_k: a.temperature_k,

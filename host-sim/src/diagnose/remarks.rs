@@ -1,0 +1,93 @@
+//! What is to be said of the rig file beside the verdict.
+
+use super::verdict::Parameter;
+use super::{LawDiagnosis, words};
+use crate::laws::Law;
+use crate::rig::Rig;
+use std::collections::BTreeMap;
+
+/// An ordinary parameter further off than this many of its stated deviations, taken of the
+/// number given and of the number found, is hardly an error of the number: of twelve practice
+/// rigs one has a number 3.2 off.
+const STRAYED: f64 = 4.0;
+
+/// Numbers that explain the recordings and are far from what the rig states.
+pub(super) fn strayed(rig: &Rig, parameters: &BTreeMap<String, Parameter>) -> Vec<String> {
+    let note = |(key, parameter): (&String, &Parameter)| {
+        let (given, found) = (parameter.given?, parameter.improved?);
+        let stated = rig.uncertainty_sd(key)?;
+        let then = rig.with_values(&BTreeMap::from([(key.clone(), found)]));
+        let deviation = stated.max(then.uncertainty_sd(key)?);
+        let is_far = |deviation: f64| (found - given).abs() > STRAYED * deviation;
+        let is_strayed = is_far(deviation) && is_far(parameter.std.unwrap_or(0.0));
+        is_strayed.then(|| {
+            let [found, given, stated] = [found, given, stated].map(words::digits);
+            format!(
+                "{key} comes out as {found} where the rig file states {given} ± {stated}: hardly an error of that number; physics that acts as it does would look the same"
+            )
+        })
+    };
+    parameters.iter().filter_map(note).collect()
+}
+
+/// What is to be said of a rig that holds no number to be uncertain.
+pub(super) fn unrefitted(rig: &Rig) -> Option<String> {
+    let note = "the rig has no [uncertainty]: no number was refitted, and a wrong nameplate value looks like missing physics";
+    rig.uncertainty.is_empty().then(|| note.to_owned())
+}
+
+/// Of what the rig describes, what these signals say nothing of.
+pub(super) fn unjudged(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
+    let judged = |law: Law| laws.iter().any(|one| one.law == law);
+    let moves = judged(Law::Carriage) || judged(Law::Force);
+    let described = [
+        (
+            rig.chambers.is_some() && !judged(Law::Chambers),
+            "the valve, the chambers and the supply were not judged: that takes x, a chamber's pressure and, with a valve, u",
+        ),
+        (
+            rig.carriage.is_some() && !moves,
+            "the carriage and its friction were not judged: that takes x with both pressures, or a force",
+        ),
+    ];
+    let silent = described.iter().filter(|(is_silent, _)| *is_silent);
+    silent.map(|(_, note)| (*note).to_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RIG: &str = "\
+        format = \"rig/1\"\n\
+        [signals]\n\
+        t = { column = 0, unit = \"s\" }\n\
+        [friction]\n\
+        coulomb_N = 20.0\n\
+        viscous_Ns_m = 60.0\n\
+        [uncertainty]\n\
+        \"friction.coulomb_N\" = 0.1\n\
+        \"friction.viscous_Ns_m\" = 0.2\n";
+
+    /// 60 +- 12 that comes out as 12 is four deviations of the one number and sixteen of the
+    /// other; as 400, 28 and 4.25.
+    #[test]
+    fn prop_a_number_far_from_both_beliefs_is_told() {
+        let rig = Rig::parse(RIG, "rig.toml").unwrap();
+        let told = |key: &str, found: f64| {
+            let parameter = Parameter {
+                given: rig.value(key),
+                refitted: Some(found),
+                improved: Some(found),
+                std: Some(0.1),
+            };
+            strayed(&rig, &BTreeMap::from([(key.to_owned(), parameter)]))
+        };
+        assert!(told("friction.viscous_Ns_m", 12.1).is_empty());
+        assert!(told("friction.viscous_Ns_m", 200.0).is_empty());
+        assert!(told("friction.coulomb_N", 25.0).is_empty());
+        let notes = told("friction.viscous_Ns_m", 400.0);
+        assert_eq!(notes.len(), 1);
+        assert!(notes[0].starts_with("friction.viscous_Ns_m comes out as 400"));
+    }
+}
