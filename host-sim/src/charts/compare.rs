@@ -94,10 +94,11 @@ fn over_time(section: &mut Section, rig: &Rig, law: &LawComparison, tracks: &[Tr
         name: "as given",
         role: Role::Given,
         residuals: &law.residuals,
+        shows_misfit: true,
     };
     let stack = |recording: usize, detail: usize| {
         let track = &tracks[recording];
-        let stack = prediction_stack(law.law, rig, track, recording, &[curve], detail);
+        let stack = prediction_stack(law.law, rig, track, recording, &[curve], &[], detail);
         shade_intervals(stack, &located, &track.recording.name)
     };
     section.chart(stack(worst, OPEN_DETAIL));

@@ -4,64 +4,40 @@
 
 use super::{
     Curve, OPEN_DETAIL, force_table, located_misfit, needed_input, prediction_stack,
-    shade_intervals,
+    shade_intervals, worst_recording,
 };
 use crate::diagnose::proof::Run;
 use crate::diagnose::unknown_force;
 use crate::diagnose::verdict::{Effect, Estimate, FitFigures, Verdict, WouldShow};
-use crate::diagnose::{Diagnosis, LawDiagnosis, Model, summary, words};
+use crate::diagnose::{BreakAway, Diagnosis, LawDiagnosis, Model, summary, words};
 use crate::effects;
 use crate::identify::Residuals;
-use crate::laws::{Output, Track};
+use crate::laws::{Output, Track, balance};
 use crate::recording::Recording;
 use crate::report::{
     BarChart, Cell, Chart, ChartStack, Page, Provenance, Role, Section, Series, Table,
 };
 use crate::rig::Rig;
+use crate::units::shown;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
+use std::collections::BTreeMap;
 
 /// Bins of a histogram of residuals.
 const HISTOGRAM_BINS: usize = 60;
+/// From this many break-aways on they are drawn.
+const LEAST_BREAK_AWAYS: usize = 3;
+/// Height of their chart, CSS pixels.
+const BREAK_AWAY_HEIGHT_PX: u32 = 190;
 /// Rows of one segment of a spectrum.
 const SEGMENT_ROWS: usize = 1024;
-
-/// A signal as the engineer recorded it: unit and factor from SI.
-struct Shown {
-    unit: String,
-    per_si: f64,
-}
-
-impl Shown {
-    /// The unit of the rig file; SI where the column was rescaled.
-    fn of(rig: &Rig, output: &Output) -> Self {
-        let si = Self {
-            unit: output.unit.into(),
-            per_si: 1.0,
-        };
-        match rig.signals.get(output.signal) {
-            Some(signal) if signal.scale.is_none() => Self {
-                // An error has no zero: it is neither absolute nor gauge.
-                unit: signal
-                    .unit
-                    .as_str()
-                    .split('(')
-                    .next()
-                    .unwrap_or_default()
-                    .into(),
-                per_si: 1.0 / signal.unit.factor(),
-            },
-            _ => si,
-        }
-    }
-}
 
 /// Makes the page.
 pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Provenance) -> Page {
     let verdict = &diagnosis.verdict;
     let mut page = Page::new(title);
     page.lead(lead(verdict));
-    tiles(&mut page, rig, diagnosis);
+    tiles(&mut page, diagnosis);
     page.section("In short", |section| section.table(in_short(diagnosis)));
     page.section("Where the misfit sits", |section| {
         where_it_sits(section, rig, diagnosis)
@@ -121,7 +97,7 @@ fn kind_word(verdict: &Verdict) -> String {
 }
 
 /// Errors of the free run: held out where there are any.
-fn shown_errors(figures: &FitFigures) -> &std::collections::BTreeMap<String, f64> {
+fn shown_errors(figures: &FitFigures) -> &BTreeMap<String, f64> {
     if figures.free_run_held_out.is_empty() {
         &figures.free_run_train
     } else {
@@ -129,7 +105,7 @@ fn shown_errors(figures: &FitFigures) -> &std::collections::BTreeMap<String, f64
     }
 }
 
-fn tiles(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis) {
+fn tiles(page: &mut Page, diagnosis: &Diagnosis) {
     let verdict = &diagnosis.verdict;
     page.tile("verdict", kind_word(verdict), "", "");
     for effect in &verdict.effects {
@@ -148,25 +124,23 @@ fn tiles(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis) {
     } else {
         "error, held out"
     };
-    for law in &diagnosis.laws {
-        for output in law.law.outputs(rig) {
-            let shown = Shown::of(rig, &output);
-            let pick = |figures: &FitFigures| {
-                shown_errors(figures)
-                    .get(output.signal)
-                    .map_or_else(String::new, |value| words::digits(value * shown.per_si))
-            };
-            page.tile(
-                format!("{}: {which}", output.signal),
-                pick(&verdict.fit.improved),
-                shown.unit.clone(),
-                format!(
-                    "was {} refitted, {} as given",
-                    pick(&verdict.fit.refitted),
-                    pick(&verdict.fit.as_given)
-                ),
-            );
-        }
+    for output in diagnosis.outputs() {
+        let unit = shown(output.unit);
+        let pick = |figures: &FitFigures| {
+            shown_errors(figures)
+                .get(output.signal)
+                .map_or_else(String::new, |value| words::digits(value * unit.per_si))
+        };
+        page.tile(
+            format!("{}: {which}", output.signal),
+            pick(&verdict.fit.improved),
+            unit.unit,
+            format!(
+                "was {} refitted, {} as given",
+                pick(&verdict.fit.refitted),
+                pick(&verdict.fit.as_given)
+            ),
+        );
     }
 }
 
@@ -176,13 +150,18 @@ fn accounted_for(effect: &Effect) -> String {
     format!("{:.0} %", 100.0 * effect.share.min(1.0))
 }
 
+/// The sizes in the order of the catalogue: a tube's length before its diameter.
 fn sizes_of(effect: &Effect) -> Vec<words::Size> {
     let size = |(parameter, estimate): (&String, &Estimate)| words::Size {
         parameter: parameter.clone(),
         value: estimate.value,
         std: estimate.std,
     };
-    effect.parameters.iter().map(size).collect()
+    let known = effects::effect(&effect.effect).map_or(&[][..], |effect| effect.parameters);
+    let place = |size: &words::Size| known.iter().position(|one| one.key == size.parameter);
+    let mut sizes: Vec<words::Size> = effect.parameters.iter().map(size).collect();
+    sizes.sort_by_key(|size| place(size).unwrap_or(known.len()));
+    sizes
 }
 
 fn spoken(effect: &Effect) -> String {
@@ -191,12 +170,9 @@ fn spoken(effect: &Effect) -> String {
     sizes.join("; ")
 }
 
-/// The size that stands first in the catalogue: a tube's length and not its diameter.
+/// The first of the sizes.
 fn main_size(effect: &Effect) -> Option<words::Size> {
-    let known = effects::effect(&effect.effect)?.parameters.iter();
-    let sizes = sizes_of(effect);
-    let mut present = known.filter_map(|one| sizes.iter().find(|size| size.parameter == one.key));
-    present.next().cloned()
+    sizes_of(effect).into_iter().next()
 }
 
 fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
@@ -219,12 +195,16 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
             "Each law is driven by recorded signals in place of its neighbours, so that an error of one cannot hide in another. \
              Shaded: where the refitted model misses most.",
         );
-        if let Some(stack) = comparison(rig, law, &law.train, &diagnosis.train) {
-            let recording = diagnosis.train.first().map_or("", |one| one.name.as_str());
-            section.chart(shade_intervals(stack, &law.located, recording));
+        let train = &diagnosis.train;
+        let shown = most_missed(rig, law, &law.train, train);
+        if let Some(stack) = comparison(rig, law, &law.train, train, shown) {
+            section.chart(shade_intervals(stack, &law.located, &train[shown].name));
         }
         for located in &law.located {
             located_misfit(section, located, Role::Refitted);
+        }
+        if law.break_aways.len() >= LEAST_BREAK_AWAYS {
+            section.chart(break_aways(&law.break_aways));
         }
         if let Some(input) = &law.input {
             needed_input(section, input, Role::Refitted);
@@ -237,15 +217,45 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
     }
 }
 
-/// Recorded against predicted, with the residuals and what drove the law, for
-/// the first recording.
+/// Each break-away of the training recordings, over the time that the carriage had stood.
+fn break_aways(events: &[BreakAway]) -> Chart {
+    let of = |name: &str, role: Role, missed_n: fn(&BreakAway) -> f64| {
+        let points = events.iter().map(|event| (event.rest_s, missed_n(event)));
+        Series::new(name, role, points).dots()
+    };
+    let longest_s = events.iter().map(|event| event.rest_s).fold(0.0, f64::max);
+    let known = [0.0, longest_s].map(|rest_s| (rest_s, -balance::KNOWN_TO_N, balance::KNOWN_TO_N));
+    Chart::new("Break-aways: the force at which the carriage left, recorded − predicted")
+        .x_axis("time at rest before", "s")
+        .y_axis("force", "N")
+        .height(BREAK_AWAY_HEIGHT_PX)
+        .band("what a force is known to", Role::Noise, known)
+        .series(of("refitted", Role::Refitted, |event| event.refitted_n))
+        .series(of("improved", Role::Improved, |event| event.improved_n))
+        .level(0.0, "")
+        .note("A point is one moment in which the carriage left its place. The faster the force rises, the less exactly it is known: such points are drawn nearer to nought, by as much.")
+}
+
+/// The recording that the refitted model predicts worst.
+fn most_missed(
+    rig: &Rig,
+    law: &LawDiagnosis,
+    runs: &[Vec<Option<Run>>],
+    recordings: &[Recording],
+) -> usize {
+    let refitted = &runs[Model::Refitted as usize];
+    worst_recording(&residuals(rig, law, refitted, recordings))
+}
+
+/// Recorded against predicted, with the misfits and what drove the law, for one recording.
 fn comparison(
     rig: &Rig,
     law: &LawDiagnosis,
     runs: &[Vec<Option<Run>>],
     recordings: &[Recording],
+    shown: usize,
 ) -> Option<ChartStack> {
-    let recording = recordings.first()?;
+    let recording = recordings.get(shown)?;
     let models = [
         (Model::Given, "as given", Role::Given),
         (Model::Refitted, "refitted", Role::Refitted),
@@ -258,20 +268,17 @@ fn comparison(
     let curves: Vec<Curve<'_>> = models
         .iter()
         .zip(&residuals)
-        .map(|(&(_, name, role), residuals)| Curve {
+        .map(|(&(model, name, role), residuals)| Curve {
             name,
             role,
             residuals,
+            shows_misfit: model != Model::Given,
         })
         .collect();
     let track = Track::new(recording);
+    let detail = OPEN_DETAIL;
     Some(prediction_stack(
-        law.law,
-        rig,
-        &track,
-        0,
-        &curves,
-        OPEN_DETAIL,
+        law.law, rig, &track, shown, &curves, &law.floor, detail,
     ))
 }
 
@@ -367,8 +374,8 @@ fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
         "Every parameter was frozen before a held-out recording was read. What belongs to a recording (its initial states, the skew of its logger) is estimated from it for every model alike. \
          A carriage, whose position integrates every error of force twice, is begun anew every 0.25 s; all else runs free over the whole recording.",
     );
-    section.table(error_table(rig, diagnosis));
-    section.bars(error_bars(rig, diagnosis));
+    section.table(error_table(diagnosis));
+    section.bars(error_bars(diagnosis));
     let held = !diagnosis.held_out.is_empty();
     for law in &diagnosis.laws {
         let (runs, recordings) = if held {
@@ -376,17 +383,18 @@ fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
         } else {
             (&law.train, &diagnosis.train)
         };
-        if let Some(stack) = comparison(rig, law, runs, recordings).filter(|_| held) {
+        let shown = most_missed(rig, law, runs, recordings);
+        if let Some(stack) = comparison(rig, law, runs, recordings, shown).filter(|_| held) {
             section.chart(stack);
         }
         for (index, output) in law.law.outputs(rig).iter().enumerate() {
-            residual_charts(section, rig, law, (runs, recordings), index, output);
+            residual_charts(section, rig, law, (runs, recordings, shown), index, output);
         }
     }
 }
 
-/// Free-run errors in the recording's own units.
-fn error_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
+/// Free-run errors, and those over the horizon.
+fn error_table(diagnosis: &Diagnosis) -> Table {
     let fit = &diagnosis.verdict.fit;
     let mut table = Table::new([
         "error, rms",
@@ -396,72 +404,62 @@ fn error_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
         "horizon, training (normalised)",
         "horizon, held out (normalised)",
     ]);
-    for law in &diagnosis.laws {
-        for output in law.law.outputs(rig) {
-            let shown = Shown::of(rig, &output);
-            let models = [
-                ("as given", &fit.as_given),
-                ("refitted", &fit.refitted),
-                ("improved", &fit.improved),
-                ("noise floor", &fit.noise_floor),
+    for output in diagnosis.outputs() {
+        let unit = shown(output.unit);
+        let models = [
+            ("as given", &fit.as_given),
+            ("refitted", &fit.refitted),
+            ("improved", &fit.improved),
+            ("noise floor", &fit.noise_floor),
+        ];
+        for (label, figures) in models {
+            let free = |map: &BTreeMap<String, f64>| {
+                map.get(output.signal)
+                    .map_or_else(String::new, |v| words::digits(v * unit.per_si))
+            };
+            let normal = |map: &BTreeMap<String, f64>| {
+                map.get(output.signal)
+                    .map_or_else(String::new, |v| words::digits(*v))
+            };
+            let row = [
+                Cell::from(format!("{}, {label}", output.signal)),
+                Cell::from(unit.unit),
+                Cell::from(free(&figures.free_run_train)),
+                Cell::from(free(&figures.free_run_held_out)),
+                Cell::from(normal(&figures.train)),
+                Cell::from(normal(&figures.held_out)),
             ];
-            for (label, figures) in models {
-                let free = |map: &std::collections::BTreeMap<String, f64>| {
-                    map.get(output.signal)
-                        .map_or_else(String::new, |v| words::digits(v * shown.per_si))
-                };
-                let normal = |map: &std::collections::BTreeMap<String, f64>| {
-                    map.get(output.signal)
-                        .map_or_else(String::new, |v| words::digits(*v))
-                };
-                let row = [
-                    Cell::from(format!("{}, {label}", output.signal)),
-                    Cell::from(shown.unit.as_str()),
-                    Cell::from(free(&figures.free_run_train)),
-                    Cell::from(free(&figures.free_run_held_out)),
-                    Cell::from(normal(&figures.train)),
-                    Cell::from(normal(&figures.held_out)),
-                ];
-                if label == "improved" {
-                    table = table.emphasised_row(row);
-                } else {
-                    table = table.row(row);
-                }
+            if label == "improved" {
+                table = table.emphasised_row(row);
+            } else {
+                table = table.row(row);
             }
         }
     }
     table
 }
 
-fn error_bars(rig: &Rig, diagnosis: &Diagnosis) -> BarChart {
+/// Each model's error against that of the refitted one: how far an effect brings it towards the
+/// noise. The rig as given, whose numbers alone may be off, would dwarf both.
+fn error_bars(diagnosis: &Diagnosis) -> BarChart {
     let fit = &diagnosis.verdict.fit;
-    let signals: Vec<&'static str> = diagnosis
-        .laws
-        .iter()
-        .flat_map(|law| law.law.outputs(rig))
-        .map(|output| output.signal)
-        .collect();
+    let outputs = diagnosis.outputs();
+    let refitted = shown_errors(&fit.refitted);
     let relative = |figures: &FitFigures| -> Vec<f64> {
-        signals
-            .iter()
-            .map(|signal| {
-                let by = shown_errors(&fit.as_given)
-                    .get(*signal)
-                    .copied()
-                    .unwrap_or(1.0);
-                shown_errors(figures)
-                    .get(*signal)
-                    .map_or(f64::NAN, |value| value / by)
-            })
-            .collect()
+        let errors = shown_errors(figures);
+        let ratio = |output: &Output| {
+            let (error, by) = (errors.get(output.signal)?, refitted.get(output.signal)?);
+            Some(error / by)
+        };
+        let ratios = outputs.iter().map(ratio);
+        ratios.map(|ratio| ratio.unwrap_or(f64::NAN)).collect()
     };
     BarChart::new(
-        "Error, relative to the rig as given",
-        signals.iter().copied(),
+        "Error, relative to the refitted model",
+        outputs.iter().map(|output| output.signal),
     )
     .axis("relative error", "")
-    .digits(2)
-    .bars("as given", Role::Given, relative(&fit.as_given))
+    .digits(3)
     .bars("refitted", Role::Refitted, relative(&fit.refitted))
     .bars("improved", Role::Improved, relative(&fit.improved))
     .bars("noise floor", Role::Noise, relative(&fit.noise_floor))
@@ -472,24 +470,24 @@ fn residual_charts(
     section: &mut Section,
     rig: &Rig,
     law: &LawDiagnosis,
-    (runs, recordings): (&[Vec<Option<Run>>], &[Recording]),
+    (runs, recordings, recording): (&[Vec<Option<Run>>], &[Recording], usize),
     index: usize,
     output: &Output,
 ) {
-    let shown = Shown::of(rig, output);
+    let unit = shown(output.unit);
     let of = |model: Model| -> Vec<f64> {
         let all = residuals(rig, law, &runs[model as usize], recordings);
-        let first = all[index].first().into_iter().flatten();
-        let shown = first.map(|residual| residual * shown.per_si);
-        shown.filter(|residual| residual.is_finite()).collect()
+        let shown = all[index].get(recording).into_iter().flatten();
+        let values = shown.map(|residual| residual * unit.per_si);
+        values.filter(|residual| residual.is_finite()).collect()
     };
     let (before, after) = (of(Model::Refitted), of(Model::Improved));
     if before.is_empty() {
         return;
     }
     let histogram = Chart::new(format!("{}: errors", output.signal))
-        .x_axis("error", shown.unit.clone())
-        .y_axis("density", format!("1/{}", shown.unit))
+        .x_axis("error", unit.unit)
+        .y_axis("density", format!("1/{}", unit.unit))
         .series(Series::histogram(
             "refitted",
             Role::Refitted,
@@ -502,12 +500,12 @@ fn residual_charts(
             &after,
             HISTOGRAM_BINS,
         ));
-    let step_s = recordings.first().map_or(1.0, |recording| {
+    let step_s = recordings.get(recording).map_or(1.0, |recording| {
         crate::laws::median_step_s(&recording.time_s)
     });
     let spectrum = Chart::new(format!("{}: spectrum of the errors", output.signal))
         .x_axis("frequency", "Hz")
-        .y_axis("amplitude density", format!("{}/√Hz", shown.unit))
+        .y_axis("amplitude density", format!("{}/√Hz", unit.unit))
         .logarithmic_x()
         .logarithmic_y()
         .series(Series::new(

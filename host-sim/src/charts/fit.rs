@@ -205,7 +205,7 @@ fn plots(
             let curves = curves(before.as_ref(), after.as_ref());
             let detail = if opened { CLOSED_DETAIL } else { OPEN_DETAIL };
             let track = &tracks[recording];
-            let stack = prediction_stack(fit.law, rig, track, recording, &curves, detail);
+            let stack = prediction_stack(fit.law, rig, track, recording, &curves, &[], detail);
             if opened {
                 let file = &tracks[recording].recording.name;
                 section.details(format!("{name} recording {file}"), |details| {
@@ -230,6 +230,7 @@ fn curves<'a>(before: Option<&'a Residuals>, after: Option<&'a Residuals>) -> Ve
             name,
             role,
             residuals,
+            shows_misfit: true,
         })
     };
     named.into_iter().filter_map(curve).collect()

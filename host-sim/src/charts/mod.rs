@@ -20,6 +20,7 @@ pub use diagnosis::diagnosis_page;
 pub use fit::fit_page;
 pub use inspection::inspection_page;
 pub use locate::{force_table, located_misfit, needed_input, shade_intervals};
+use prediction::worst_recording;
 pub use prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack};
 
 /// The first letter made large.

@@ -13,6 +13,9 @@ const OUTPUT_HEIGHT_PX: u32 = 170;
 /// Height of a panel of residuals.
 const RESIDUAL_HEIGHT_PX: u32 = 110;
 
+/// Half the width of the band of noise, in deviations.
+const NOISE_BAND: f64 = 2.0;
+
 /// Points of a curve in a chart that the reader sees at once.
 pub const OPEN_DETAIL: usize = 4_000;
 /// Points of a curve in a chart that the reader has to open.
@@ -27,6 +30,8 @@ pub struct Curve<'a> {
     pub role: Role,
     /// By output, recording and row.
     pub residuals: &'a Residuals,
+    /// Whether its misfit is drawn: one much larger than the others would flatten them.
+    pub shows_misfit: bool,
 }
 
 /// The unit of a recorded signal for a chart.
@@ -36,14 +41,16 @@ pub(super) fn shown_signal(rig: &Rig, signal: &str) -> Shown {
     shown(dimension.map_or("", |dimension| dimension.si_unit()))
 }
 
-/// One recording: each output with its predictions, their residuals, and the
-/// signals that drove the law. Panels share zoom and cursor.
+/// One recording: each output with its predictions, their residuals (over the noise of the
+/// outputs, where it is given), and the signals that drove the law. Panels share zoom and
+/// cursor.
 pub fn prediction_stack(
     law: Law,
     rig: &Rig,
     track: &Track<'_>,
     recording: usize,
     curves: &[Curve<'_>],
+    noise: &[f64],
     detail: usize,
 ) -> ChartStack {
     let time_s = &track.recording.time_s;
@@ -61,11 +68,17 @@ pub fn prediction_stack(
             let residual = curve.residuals.get(output)?.get(recording)?;
             Some((curve, residual))
         });
-        let (mut panel, mut misfit) = (panel, misfit_panel(predicted.signal, unit));
+        let mut panel = panel;
+        let mut misfit = misfit_panel(predicted.signal, unit);
+        if let Some(noise) = noise.get(output) {
+            misfit = with_noise(misfit, time_s, NOISE_BAND * noise * unit.per_si);
+        }
         for (curve, residual) in panels {
             let whole: Vec<f64> = recorded.iter().zip(residual).map(|(r, e)| r + e).collect();
             panel = panel.series(line(curve.name, curve.role, time_s, &whole, unit));
-            misfit = misfit.series(line(curve.name, curve.role, time_s, residual, unit));
+            if curve.shows_misfit {
+                misfit = misfit.series(line(curve.name, curve.role, time_s, residual, unit));
+            }
         }
         stack = stack
             .panel(panel.detail(detail))
@@ -82,6 +95,13 @@ pub fn prediction_stack(
         stack = stack.panel(input.detail(detail));
     }
     stack
+}
+
+/// A panel with the band in which noise alone would lie.
+fn with_noise(panel: Chart, time_s: &[f64], half: f64) -> Chart {
+    let ends = [time_s.first(), time_s.last()].into_iter().flatten();
+    let band = ends.map(|&time_s| (time_s, -half, half));
+    panel.band("± 2 noise", Role::Noise, band)
 }
 
 fn misfit_panel(signal: &str, unit: Shown) -> Chart {

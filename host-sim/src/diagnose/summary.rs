@@ -2,6 +2,8 @@
 
 use super::verdict::{FitFigures, Kind, Verdict};
 use super::{Diagnosis, words};
+use crate::laws::Output;
+use crate::units::shown;
 
 /// What, where, how sure, how much better, what next: a word and a line each.
 pub fn five_lines(diagnosis: &Diagnosis) -> [(&'static str, String); 5] {
@@ -10,7 +12,7 @@ pub fn five_lines(diagnosis: &Diagnosis) -> [(&'static str, String); 5] {
         ("what", verdict.sentence.clone()),
         ("where", places(verdict)),
         ("how sure", certainty(verdict)),
-        ("better", improvement(verdict)),
+        ("better", improvement(diagnosis)),
         ("next", next(diagnosis)),
     ]
 }
@@ -52,42 +54,42 @@ fn certainty(verdict: &Verdict) -> String {
     }
 }
 
-/// Free-run errors, held out where there are any.
-fn improvement(verdict: &Verdict) -> String {
-    let fit = &verdict.fit;
+/// Free-run errors, held out where there are any, each signal in one unit.
+fn improvement(diagnosis: &Diagnosis) -> String {
+    let fit = &diagnosis.verdict.fit;
     let held = !fit.refitted.free_run_held_out.is_empty();
-    let pick = |figures: &FitFigures| {
-        if held {
-            figures.free_run_held_out.clone()
+    let of = |figures: &FitFigures, output: &Output| {
+        let errors = if held {
+            &figures.free_run_held_out
         } else {
-            figures.free_run_train.clone()
-        }
+            &figures.free_run_train
+        };
+        errors.get(output.signal).copied()
     };
-    let (given, refitted, improved) = (
-        pick(&fit.as_given),
-        pick(&fit.refitted),
-        pick(&fit.improved),
-    );
-    let line = |(signal, after): (&String, &f64)| {
-        let before = refitted.get(signal).copied().unwrap_or(f64::NAN);
-        let first = given.get(signal).copied().unwrap_or(f64::NAN);
-        format!(
-            "{signal} rms {} as given, {} refitted, {} improved",
-            words::digits(first),
-            words::digits(before),
-            words::digits(*after)
-        )
+    let line = |output: &Output| {
+        let improved = of(&fit.improved, output)?;
+        let unit = shown(output.unit);
+        let digits = |error: Option<f64>| words::digits(error.unwrap_or(f64::NAN) * unit.per_si);
+        Some(format!(
+            "{} {} {} as given, {} refitted, {} improved",
+            output.signal,
+            digits(of(&fit.as_given, output)),
+            unit.unit,
+            digits(of(&fit.refitted, output)),
+            digits(Some(improved))
+        ))
     };
-    if improved.is_empty() {
+    let outputs = diagnosis.outputs();
+    let lines: Vec<String> = outputs.iter().filter_map(line).collect();
+    if lines.is_empty() {
         return "nothing was fitted".into();
     }
-    let lines: Vec<String> = improved.iter().map(line).collect();
     let which = if held {
         "held out"
     } else {
         "training (nothing was held out)"
     };
-    format!("{which}, free run, SI: {}", lines.join("; "))
+    format!("{which}, rms of the free run: {}", lines.join("; "))
 }
 
 fn next(diagnosis: &Diagnosis) -> String {
