@@ -189,6 +189,22 @@ impl LawDiagnosis {
         outputs.iter().enumerate().map(of_output).collect()
     }
 
+    /// What the chambers would explain by one input, if no effect does.
+    fn ask_for_input(&mut self, bench: &Bench<'_>) {
+        self.input = unknown_input::find(bench, &self.baseline);
+        self.lost_commands = between_rows::share(bench, &self.baseline);
+    }
+
+    /// The same of a law whose effects were taken back.
+    fn ask_for_input_anew(&mut self, rig: &Rig, train: &[Recording]) {
+        if self.law == Law::Chambers && assemble::is_unexplained(self) {
+            let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
+            let mut bench = Bench::new(self.law, rig, &tracks);
+            bench.noise.clone_from(&self.noise);
+            self.ask_for_input(&bench);
+        }
+    }
+
     /// Held-out recordings refute what was put into the law: the refitted model stands.
     fn take_back(&mut self) {
         self.refuted = Some(assemble::what_was_put_in(self));
@@ -236,10 +252,9 @@ pub fn diagnose<E>(
         let (mut known, mut shown) = (rig.clone(), Cow::from(&train));
         for law in Law::of(rig, &recorded) {
             let diagnosis = diagnose_law(law, &known, &shown, progress);
-            if let Some(law) = diagnosis
-                .as_ref()
-                .filter(|law| !assemble::is_unexplained(law))
-            {
+            // Where nothing explains a law, what it shows of sensors stands in for something else.
+            let explained = |law: &&LawDiagnosis| !assemble::is_unexplained(law);
+            if let Some(law) = diagnosis.as_ref().filter(explained) {
                 known = with_sensors(known, law);
                 if let Some(corrected) = without_passing_offsets(&shown, law) {
                     shown = Cow::from(corrected);
@@ -258,6 +273,8 @@ pub fn diagnose<E>(
             law.leave_out();
         } else if proof::refutes(law, &held_out) {
             law.take_back();
+            progress("which input would explain it");
+            law.ask_for_input_anew(rig, &train);
         }
         if proof::surprises(law, &held_out) {
             law.is_surprised = true;
@@ -423,8 +440,7 @@ fn diagnose_law(
     };
     if assemble::is_unexplained(&diagnosis) {
         progress("which input would explain it");
-        diagnosis.input = unknown_input::find(&full, &diagnosis.baseline);
-        diagnosis.lost_commands = between_rows::share(&full, &diagnosis.baseline);
+        diagnosis.ask_for_input(&full);
     }
     Some(diagnosis)
 }

@@ -273,7 +273,7 @@ pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
     if hangs_on_chance(law) && typical_ratio(law).is_some_and(|ratio| ratio < PLAIN_RATIO) {
         return false;
     }
-    if !hangs_on_chance(law) && worsens_a_signal(law, held_out) {
+    if !hangs_on_chance(law) && worsens_on_balance(law, held_out) {
         return true;
     }
     let horizon = ratio(|run| &run.horizon);
@@ -283,6 +283,20 @@ pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
         // A model that cannot be run is none; recordings that were not given refute nothing.
         _ => !held_out.is_empty(),
     }
+}
+
+/// Whether some signal alone is predicted worse, over the horizon and in the free run on balance.
+fn worsens_on_balance(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
+    let ratios = |squares: Squares| -> Option<Vec<f64>> {
+        let of = |model| energies(law, model, squares, held_out);
+        let pairs = of(Model::Improved)?.into_iter().zip(of(Model::Refitted)?);
+        Some(pairs.map(|(mine, theirs)| mine / theirs).collect())
+    };
+    let both = ratios(|run| &run.horizon).zip(ratios(|run| &run.free_run));
+    both.is_some_and(|(horizon, free_run)| {
+        let mut signals = horizon.iter().zip(&free_run);
+        signals.any(|(horizon, free_run)| horizon * free_run > REFUTED.powi(4))
+    })
 }
 
 /// Whether held-out recordings show some signal to be predicted worse over the horizon with
