@@ -196,8 +196,9 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
              Shaded: where the refitted model misses most.",
         );
         let train = &diagnosis.train;
-        let shown = most_missed(rig, law, &law.train, train);
-        if let Some(stack) = comparison(rig, law, &law.train, train, shown) {
+        let residuals = all_residuals(rig, law, &law.train, train);
+        let shown = worst_recording(&residuals[Model::Refitted as usize]);
+        if let Some(stack) = comparison(rig, law, &residuals, train, shown) {
             section.chart(shade_intervals(stack, &law.located, &train[shown].name));
         }
         for located in &law.located {
@@ -236,22 +237,11 @@ fn break_aways(events: &[BreakAway]) -> Chart {
         .note("A point is one moment in which the carriage left its place. The faster the force rises, the less exactly it is known: such points are drawn nearer to nought, by as much.")
 }
 
-/// The recording that the refitted model predicts worst.
-fn most_missed(
-    rig: &Rig,
-    law: &LawDiagnosis,
-    runs: &[Vec<Option<Run>>],
-    recordings: &[Recording],
-) -> usize {
-    let refitted = &runs[Model::Refitted as usize];
-    worst_recording(&residuals(rig, law, refitted, recordings))
-}
-
 /// Recorded against predicted, with the misfits and what drove the law, for one recording.
 fn comparison(
     rig: &Rig,
     law: &LawDiagnosis,
-    runs: &[Vec<Option<Run>>],
+    residuals: &[Residuals],
     recordings: &[Recording],
     shown: usize,
 ) -> Option<ChartStack> {
@@ -261,25 +251,27 @@ fn comparison(
         (Model::Refitted, "refitted", Role::Refitted),
         (Model::Improved, "improved", Role::Improved),
     ];
-    let residuals: Vec<Residuals> = models
-        .iter()
-        .map(|(model, ..)| residuals(rig, law, &runs[*model as usize], recordings))
-        .collect();
-    let curves: Vec<Curve<'_>> = models
-        .iter()
-        .zip(&residuals)
-        .map(|(&(model, name, role), residuals)| Curve {
-            name,
-            role,
-            residuals,
-            shows_misfit: model != Model::Given,
-        })
-        .collect();
+    let curves = models.map(|(model, name, role)| Curve {
+        name,
+        role,
+        residuals: &residuals[model as usize],
+        shows_misfit: model != Model::Given,
+    });
     let track = Track::new(recording);
     let detail = OPEN_DETAIL;
     Some(prediction_stack(
         law.law, rig, &track, shown, &curves, &law.floor, detail,
     ))
+}
+
+/// The residuals of every model.
+fn all_residuals(
+    rig: &Rig,
+    law: &LawDiagnosis,
+    runs: &[Vec<Option<Run>>],
+    recordings: &[Recording],
+) -> [Residuals; 3] {
+    Model::ALL.map(|model| residuals(rig, law, &runs[model as usize], recordings))
 }
 
 /// Predicted less recorded, by output, recording and row.
@@ -383,12 +375,14 @@ fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
         } else {
             (&law.train, &diagnosis.train)
         };
-        let shown = most_missed(rig, law, runs, recordings);
-        if let Some(stack) = comparison(rig, law, runs, recordings, shown).filter(|_| held) {
+        let residuals = all_residuals(rig, law, runs, recordings);
+        let shown = worst_recording(&residuals[Model::Refitted as usize]);
+        let stack = comparison(rig, law, &residuals, recordings, shown);
+        if let Some(stack) = stack.filter(|_| held) {
             section.chart(stack);
         }
         for (index, output) in law.law.outputs(rig).iter().enumerate() {
-            residual_charts(section, rig, law, (runs, recordings, shown), index, output);
+            residual_charts(section, &residuals, recordings, (index, shown), output);
         }
     }
 }
@@ -468,16 +462,15 @@ fn error_bars(diagnosis: &Diagnosis) -> BarChart {
 /// Histogram and spectrum of what is left, before and after.
 fn residual_charts(
     section: &mut Section,
-    rig: &Rig,
-    law: &LawDiagnosis,
-    (runs, recordings, recording): (&[Vec<Option<Run>>], &[Recording], usize),
-    index: usize,
+    residuals: &[Residuals],
+    recordings: &[Recording],
+    (index, recording): (usize, usize),
     output: &Output,
 ) {
     let unit = shown(output.unit);
     let of = |model: Model| -> Vec<f64> {
-        let all = residuals(rig, law, &runs[model as usize], recordings);
-        let shown = all[index].get(recording).into_iter().flatten();
+        let of_output = &residuals[model as usize][index];
+        let shown = of_output.get(recording).into_iter().flatten();
         let values = shown.map(|residual| residual * unit.per_si);
         values.filter(|residual| residual.is_finite()).collect()
     };

@@ -867,9 +867,9 @@ fn motion_speed(tracks: &[Track<'_>]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{drawn, noise, search};
+    use super::super::drawn;
     use super::*;
-    use crate::diagnose::fitted::Bench;
+    
     use crate::random::Noise;
     use crate::recording::Recording;
     use truth_plant::{Kind, Request, Strength};
@@ -899,10 +899,7 @@ mod tests {
             still(recording, regulator_pa, stream as u64);
         }
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(Law::Chambers, &rig, &tracks).for_search();
-        let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
-        bench.candidates = candidates(Law::Chambers, &rig, &tracks, 1.0);
+        let (bench, baseline) = drawn::chambers(&rig, &tracks);
         let missed = |form: Option<&str>| {
             let is_it = |one: &Candidate| one.effect == "supply-droop" && one.form == form;
             let candidate = bench.candidates.iter().position(is_it).unwrap();

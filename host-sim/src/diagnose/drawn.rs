@@ -1,5 +1,8 @@
 //! Cases of the truth plant for the tests of single stages.
 
+use super::fitted::{Bench, Fitted};
+use super::{candidates, noise, search};
+use crate::laws::{Law, Track};
 use crate::recording::Recording;
 use crate::rig::Rig;
 use truth_plant::{Kind, Request, Strength};
@@ -29,4 +32,13 @@ pub(super) fn read(request: &Request) -> (Rig, Vec<Recording>) {
     };
     let recordings = case.train.iter().map(read).collect();
     (rig, recordings)
+}
+
+/// The chambers as a search sees them: with noise and candidates, and their refitted model.
+pub(super) fn chambers<'a>(rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>, Fitted) {
+    let mut bench = Bench::new(Law::Chambers, rig, tracks).for_search();
+    let baseline = search::baseline(&bench).unwrap();
+    bench.noise = noise::floor(&bench, &baseline);
+    bench.candidates = candidates::candidates(Law::Chambers, rig, tracks, 1.0);
+    (bench, baseline)
 }

@@ -158,10 +158,7 @@ mod tests {
     fn prop_twice_the_limit_is_looked_into_and_half_of_it_is_not() {
         let (rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(Law::Chambers, &rig, &tracks).for_search();
-        let model = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &model);
-        bench.candidates = candidates::candidates(Law::Chambers, &rig, &tracks, 1.0);
+        let (bench, model) = drawn::chambers(&rig, &tracks);
         let asked = Asked(Refit::new(&bench, &model, bench.noise.clone()));
         let effects = [
             "piston-leakage",

@@ -93,8 +93,8 @@ impl Bench<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::diagnose::{drawn, noise, search};
+    
+    use crate::diagnose::drawn;
     use crate::laws::Track;
     use truth_plant::{Kind, Request};
 
@@ -115,9 +115,7 @@ mod tests {
     fn judged(request: &Request) -> (bool, bool) {
         let (rig, recordings) = drawn::read(request);
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(Law::Chambers, &rig, &tracks).for_search();
-        let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
+        let (bench, baseline) = drawn::chambers(&rig, &tracks);
         (
             bench.is_worth_a_search(&baseline),
             bench.misses_plainly(&baseline),

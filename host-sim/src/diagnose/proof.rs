@@ -287,11 +287,7 @@ pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
 
 /// Whether some signal alone is predicted worse, over the horizon and in the free run on balance.
 fn worsens_on_balance(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
-    let ratios = |squares: Squares| -> Option<Vec<f64>> {
-        let of = |model| energies(law, model, squares, held_out);
-        let pairs = of(Model::Improved)?.into_iter().zip(of(Model::Refitted)?);
-        Some(pairs.map(|(mine, theirs)| mine / theirs).collect())
-    };
+    let ratios = |squares| ratios(law, squares, held_out);
     let both = ratios(|run| &run.horizon).zip(ratios(|run| &run.free_run));
     both.is_some_and(|(horizon, free_run)| {
         let mut signals = horizon.iter().zip(&free_run);
@@ -302,12 +298,8 @@ fn worsens_on_balance(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
 /// Whether held-out recordings show some signal to be predicted worse over the horizon with
 /// what was put into a law than without.
 pub(super) fn worsens_a_signal(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
-    let horizon = |model| energies(law, model, |run| &run.horizon, held_out);
-    let pairs = horizon(Model::Improved).zip(horizon(Model::Refitted));
-    pairs.is_some_and(|(improved, refitted)| {
-        let mut signals = improved.iter().zip(&refitted);
-        signals.any(|(improved, refitted)| *improved > REFUTED.powi(2) * refitted)
-    })
+    let ratios = ratios(law, |run| &run.horizon, held_out);
+    ratios.is_some_and(|ratios| ratios.iter().any(|ratio| *ratio > REFUTED.powi(2)))
 }
 
 /// Error of a free run over held-out recordings, over the noise, from which they show what the
@@ -370,6 +362,13 @@ fn energies(
         Some((error / floor).powi(2).max(1.0))
     };
     law.floor.iter().enumerate().map(of_output).collect()
+}
+
+/// What the improved model leaves of each output over what the refitted one leaves.
+fn ratios(law: &LawDiagnosis, squares: Squares, held_out: &[Recording]) -> Option<Vec<f64>> {
+    let of = |model| energies(law, model, squares, held_out);
+    let pairs = of(Model::Improved)?.into_iter().zip(of(Model::Refitted)?);
+    Some(pairs.map(|(mine, theirs)| mine / theirs).collect())
 }
 
 /// Root of the mean over recordings, weighted by their rows.

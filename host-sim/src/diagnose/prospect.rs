@@ -107,9 +107,9 @@ fn mean_squares(columns: &[Columns]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{candidates, drawn, noise, search};
+    use super::super::drawn;
     use super::*;
-    use crate::laws::{Law, Track};
+    use crate::laws::Track;
     use truth_plant::{Kind, Request, Strength};
 
     /// A spool with play before a sensor that is off: beside the play the sensor promises
@@ -119,10 +119,7 @@ mod tests {
         let request = Request::new(2_981_860_632, Kind::Pair).with_noise(1.0);
         let (rig, recordings) = drawn::read(&request.with_strength(Strength::Medium));
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(Law::Chambers, &rig, &tracks).for_search();
-        let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
-        bench.candidates = candidates::candidates(Law::Chambers, &rig, &tracks, 1.0);
+        let (bench, baseline) = drawn::chambers(&rig, &tracks);
         let effect = |place: usize| bench.candidates[place].effect;
         let count = bench.candidates.len();
         let play = (0..count)

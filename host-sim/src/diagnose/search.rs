@@ -1100,7 +1100,6 @@ fn told<'a>(with: &'a [f64], without: &'a [f64]) -> impl Iterator<Item = (f64, f
 mod tests {
     use super::*;
 
-    /// Tables of F: 5.18 with 3 and 17 degrees of freedom, and 4.96 with 1 and 10 (at 0.05).
     /// One event of sixty that is 11 N off, as seen where a carriage crept on, was a load behind a
     /// spring with probability 0.95.
     #[test]
@@ -1115,6 +1114,7 @@ mod tests {
         assert!(by_chance_without_one(events, 3) < CHANCE);
     }
 
+    /// Tables of F: 5.18 with 3 and 17 degrees of freedom, and 4.96 with 1 and 10 (at 0.05).
     #[test]
     fn val_chance_is_that_of_the_tables() {
         let with = |events: usize, more: usize, statistic: f64| {
