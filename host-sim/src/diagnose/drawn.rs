@@ -36,9 +36,14 @@ pub(super) fn read(request: &Request) -> (Rig, Vec<Recording>) {
 
 /// The chambers as a search sees them: with noise and candidates, and their refitted model.
 pub(super) fn chambers<'a>(rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>, Fitted) {
-    let mut bench = Bench::new(Law::Chambers, rig, tracks).for_search();
+    searched(Law::Chambers, rig, tracks)
+}
+
+/// The same of any law.
+pub(super) fn searched<'a>(law: Law, rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>, Fitted) {
+    let mut bench = Bench::new(law, rig, tracks).for_search();
     let baseline = search::baseline(&bench).unwrap();
     bench.noise = noise::floor(&bench, &baseline);
-    bench.candidates = candidates::candidates(Law::Chambers, rig, tracks, 1.0);
+    bench.candidates = candidates::candidates(law, rig, tracks, 1.0);
     (bench, baseline)
 }

@@ -93,7 +93,7 @@ impl Bench<'_> {
 
 #[cfg(test)]
 mod tests {
-    
+
     use crate::diagnose::drawn;
     use crate::laws::Track;
     use truth_plant::{Kind, Request};
