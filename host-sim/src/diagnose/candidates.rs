@@ -14,7 +14,7 @@ use model_core::left_out::FORGETTING_WAY_M;
 use model_core::valve::GasState;
 
 /// No cushion is longer than this, m.
-const LONGEST_CUSHION_M: f64 = 0.06;
+const LONGEST_CUSHION_M: f64 = 0.1;
 
 /// A shorter tube is a fitting, and belongs to the valve's areas.
 const SHORTEST_TUBE_M: f64 = 0.05;
@@ -53,9 +53,10 @@ pub struct Candidate {
     /// Whether the residuals jump with its parameters: derivatives mislead there,
     /// and a search by values goes on where they end.
     pub is_rough: bool,
-    /// Whether an ordinary parameter takes it up where it is there all the time: then it is
-    /// tried for a part of the time only.
-    pub is_passing: bool,
+    /// The uncertain numbers that take it up, each as much as it is large, where it is there all
+    /// the time: then it is tried for a part of the time, and where the first of these numbers
+    /// comes out far from what the rig states.
+    pub taken_up_by: Vec<String>,
 }
 
 impl Candidate {
@@ -78,12 +79,17 @@ impl Candidate {
             starts: vec![Vec::new()],
             marks: Vec::new(),
             is_rough: false,
-            is_passing: false,
+            taken_up_by: Vec::new(),
         }
     }
 
-    fn passing(mut self, is_passing: bool) -> Self {
-        self.is_passing = is_passing;
+    /// Beside numbers that the rig states.
+    fn beside(mut self, rig: &Rig, keys: &[&str]) -> Self {
+        let is_uncertain = |key: &str| rig.uncertainty_sd(key).is_some();
+        if keys.first().is_some_and(|key| is_uncertain(key)) {
+            let uncertain = keys.iter().filter(|key| is_uncertain(key));
+            self.taken_up_by = uncertain.map(|key| (*key).to_owned()).collect();
+        }
         self
     }
 
@@ -362,15 +368,12 @@ fn dead_volume(rig: &Rig, side: Side) -> Option<Candidate> {
     let letter = side.letter();
     let key = format!("cylinder.dead_volume_{letter}_m3");
     let declared = rig.value(&key)?;
-    if rig.uncertainty_sd(&key).is_some() {
-        return None;
-    }
     let candidate = Candidate::new("dead-volume", &[side.place()]).free(
         &format!("volume_{letter}_m3"),
-        (-0.9 * declared, 3.0 * declared),
+        (-0.9 * declared, 10.0 * declared),
         &[0.1 * declared, -0.1 * declared],
     );
-    Some(candidate)
+    Some(candidate.beside(rig, &[&key]))
 }
 
 /// Laminar and orifice leak of a chamber, started from a decay over 100 s and
@@ -680,10 +683,9 @@ fn coulomb(rig: &Rig, force_n: f64) -> Candidate {
     if let Some(declared_n) = rig.value(key) {
         let bounds = (-0.9 * declared_n, 20.0 * declared_n);
         let starts = [0.3, -0.3].map(|share| share * declared_n);
-        let is_uncertain = rig.uncertainty_sd(key).is_some();
         return candidate
             .free("coulomb_N", bounds, &starts)
-            .passing(is_uncertain);
+            .beside(rig, &[key, "friction.static_N"]);
     }
     // Presliding over 20 um (metal guides) to 300 um (rubber seals).
     let stiffness = [2e-5, 3e-4, 1e-4].map(|way| force_n / way);
@@ -700,10 +702,9 @@ fn viscous(rig: &Rig, start: f64) -> Candidate {
     if let Some(declared) = rig.value(key) {
         let bounds = (-0.9 * declared, 1e3 * start.max(declared));
         let starts = [0.5, -0.5].map(|share| share * declared);
-        let is_uncertain = rig.uncertainty_sd(key).is_some();
         return candidate
             .free("viscous_Ns_m", bounds, &starts)
-            .passing(is_uncertain);
+            .beside(rig, &[key]);
     }
     candidate.free("viscous_Ns_m", (0.0, 1e3 * start), &[start, 0.1 * start])
 }
@@ -749,7 +750,7 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
                 .free("stiffness_N_m", (1e3, 5e6), stiffness)
                 .free("damping_Ns_m", (0.0, 5e3), &[damping])
         };
-        all.push(coupling("load-compliance", &[3e4, 2e5], 100.0));
+        all.push(coupling("load-compliance", &[6e3, 3e4, 2e5], 100.0));
         // A hard contact bounces: behind a recorded motion its blows fall at
         // random. A soft one that does not bounce hands on the same momentum.
         all.push(
@@ -882,7 +883,9 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let passing = |rig: &Rig| -> Vec<&'static str> {
             let all = candidates(Law::Balance, rig, &tracks, 1.0);
-            let passing = all.iter().filter(|candidate| candidate.is_passing);
+            let passing = all
+                .iter()
+                .filter(|candidate| !candidate.taken_up_by.is_empty());
             passing.map(|candidate| candidate.effect).collect()
         };
         assert_eq!(passing(&rig), ["coulomb-friction", "viscous-friction"]);

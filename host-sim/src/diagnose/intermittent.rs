@@ -169,7 +169,8 @@ fn retain_first_of_each_set(models: &mut Vec<Fitted>) {
 }
 
 /// Whether the law can be run with and without the effect by turns: it adds
-/// nothing but parameters of its own, and the rig does not have it already.
+/// nothing but parameters of its own, and the rig does not have it already. A volume does not
+/// come and go.
 fn may_begin(bench: &Bench<'_>, candidate: usize) -> bool {
     let candidate = &bench.candidates[candidate];
     let (Some(track), prefix) = (
@@ -190,6 +191,7 @@ fn may_begin(bench: &Bench<'_>, candidate: usize) -> bool {
         states.len()
     };
     keys.all(|key| key.starts_with(&prefix))
+        && candidate.effect != "dead-volume"
         && !bench.rig.effects.contains_key(candidate.effect)
         && states(bench.rig) == states(&with)
 }

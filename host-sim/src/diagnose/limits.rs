@@ -53,7 +53,7 @@ pub fn limits(bench: &Bench<'_>, model: &Fitted) -> Vec<Limit> {
     let asked = Asked(Refit::new(bench, model, bench.noise.clone()));
     let candidates = (0..bench.candidates.len()).into_par_iter();
     candidates
-        .filter(|&candidate| !bench.candidates[candidate].is_passing)
+        .filter(|&candidate| bench.candidates[candidate].taken_up_by.is_empty())
         .map(|candidate| Limit {
             candidate,
             sizes: asked.limit(candidate),

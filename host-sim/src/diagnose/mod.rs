@@ -33,6 +33,7 @@ mod refit;
 mod remarks;
 pub mod search;
 mod shown;
+mod strayed;
 pub mod summary;
 pub mod unknown_force;
 mod unknown_input;
@@ -287,6 +288,7 @@ pub fn diagnose<E>(
     let mut verdict = assemble::verdict(rig, &laws, &faults, &train, &held_out);
     notes.extend(inspect::noise_doubts(&inspections));
     notes.extend(remarks::unrefitted(rig));
+    notes.extend(remarks::stood_in(rig, &laws));
     notes.extend(remarks::strayed(rig, &verdict.parameters));
     notes.extend(remarks::unjudged(rig, &laws));
     verdict.notes.extend(notes);
@@ -470,7 +472,7 @@ fn searched(
     let misfit = baseline.mean_square[0].sqrt();
     bench.candidates = candidates(bench.law, bench.rig, &tracks, misfit);
     let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
-    let outcome = if bench.is_worth_a_search(&baseline) {
+    let mut outcome = if bench.is_worth_a_search(&baseline) {
         search::search(&bench, &baseline, progress)
     } else {
         Outcome::nothing(&baseline)
@@ -483,15 +485,14 @@ fn searched(
     progress("final fits");
     full.candidates.clone_from(&bench.candidates);
     full.noise.clone_from(&bench.noise);
-    let (baseline, improved) = if stride == 1 && !bench.is_coarse() {
-        (outcome.baseline.clone(), outcome.improved.clone())
-    } else {
-        polished(full, &outcome)?
-    };
+    if stride > 1 || bench.is_coarse() {
+        (outcome.baseline, outcome.improved) = polished(full, &outcome)?;
+    }
+    let outcome = strayed::explained(full, outcome, progress);
     Some(Searched {
-        baseline,
-        improved,
-        masked: masked(&bench, &outcome),
+        baseline: outcome.baseline.clone(),
+        improved: outcome.improved.clone(),
+        masked: masked(full, &outcome),
         screened,
         limits,
         seconds: bench.seconds(),

@@ -259,7 +259,8 @@ const REFUTED: f64 = 1.02;
 /// horizon and in the free run on balance. A slow effect shows in the free run alone, and over
 /// the horizon a skew of one file drowns it. Where the signal hangs on chance (a carriage
 /// that sticks, a load in its play) a few windows are most of the squares: a model that is
-/// plainly better in the typical window is not refuted by those. Where it does not, no single
+/// plainly better in the typical window (or as good, where it need not be better) is not refuted
+/// by those. Where it does not, no single
 /// signal may be predicted worse either: what is missing does not make a prediction worse.
 pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
     if law.improved.set.is_empty() {
@@ -270,18 +271,37 @@ pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
         let energy = total(Model::Improved, squares)? / total(Model::Refitted, squares)?;
         Some(energy.sqrt())
     };
-    if hangs_on_chance(law) && typical_ratio(law).is_some_and(|ratio| ratio < PLAIN_RATIO) {
+    if hangs_on_chance(law) && typical_ratio(law).is_some_and(|ratio| ratio < refuting(law)) {
         return false;
     }
     if !hangs_on_chance(law) && worsens_on_balance(law, held_out) {
         return true;
     }
+    eprintln!(
+        "refutes {:?} typical {:?} horizon {:?} free {:?}",
+        law.law,
+        typical_ratio(law),
+        ratio(|run| &run.horizon),
+        ratio(|run| &run.free_run)
+    );
     let horizon = ratio(|run| &run.horizon);
     let free_run = ratio(|run| &run.free_run);
     match (horizon, free_run) {
         (Some(horizon), Some(free_run)) => horizon * free_run > REFUTED.powi(2),
         // A model that cannot be run is none; recordings that were not given refute nothing.
         _ => !held_out.is_empty(),
+    }
+}
+
+/// The error in the typical window, over that of the refitted model, below which a few others
+/// refute nothing. An effect in the place of a strayed number predicts what the number did.
+fn refuting(law: &LawDiagnosis) -> f64 {
+    let accepted = law.evidence.iter().filter(|evidence| evidence.accepted);
+    let mut found_otherwise = accepted.clone().filter(|evidence| !evidence.is_of_strayed);
+    if accepted.count() > 0 && found_otherwise.next().is_none() {
+        REFUTED
+    } else {
+        PLAIN_RATIO
     }
 }
 

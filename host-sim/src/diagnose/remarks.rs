@@ -1,33 +1,59 @@
 //! What is to be said of the rig file beside the verdict.
 
+use super::strayed::{STRAYED, deviations};
 use super::verdict::Parameter;
 use super::{LawDiagnosis, words};
 use crate::laws::Law;
 use crate::rig::Rig;
 use std::collections::BTreeMap;
 
-/// An ordinary parameter further off than this many of its stated deviations, taken of the
-/// number given and of the number found, is hardly an error of the number: of twelve practice
-/// rigs one has a number 3.2 off.
-const STRAYED: f64 = 4.0;
-
 /// Numbers that explain the recordings and are far from what the rig states.
 pub(super) fn strayed(rig: &Rig, parameters: &BTreeMap<String, Parameter>) -> Vec<String> {
     let note = |(key, parameter): (&String, &Parameter)| {
-        let (given, found) = (parameter.given?, parameter.improved?);
-        let stated = rig.uncertainty_sd(key)?;
-        let then = rig.with_values(&BTreeMap::from([(key.clone(), found)]));
-        let deviation = stated.max(then.uncertainty_sd(key)?);
-        let is_far = |deviation: f64| (found - given).abs() > STRAYED * deviation;
-        let is_strayed = is_far(deviation) && is_far(parameter.std.unwrap_or(0.0));
+        let found = parameter.improved?;
+        let is_strayed = deviations(rig, key, found, parameter.std)? > STRAYED;
         is_strayed.then(|| {
-            let [found, given, stated] = [found, given, stated].map(words::digits);
+            let stated = stated(rig, key, found);
             format!(
-                "{key} comes out as {found} where the rig file states {given} ± {stated}: hardly an error of that number; physics that acts as it does would look the same"
+                "the recordings show {stated}: hardly an error of that number; physics that acts as it does would look the same"
             )
         })
     };
     parameters.iter().filter_map(note).collect()
+}
+
+/// Numbers that stood in for an effect that was named.
+pub(super) fn stood_in(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
+    let of_law = |law: &LawDiagnosis| {
+        let mut named = law.evidence.iter().filter(|evidence| evidence.accepted);
+        let effect = named
+            .find(|evidence| evidence.is_of_strayed)
+            .map(|evidence| law.candidates[evidence.candidate].effect);
+        let refit = &law.baseline;
+        let numbers = refit.names.iter().zip(&refit.values).take(refit.shared);
+        let known = numbers.zip(&refit.standard_deviations);
+        let note = |((key, &found), &known_to): ((&String, &f64), &Option<f64>)| {
+            let is_strayed = deviations(rig, key, found, known_to)? > STRAYED;
+            let stated = is_strayed.then(|| stated(rig, key, found))?;
+            Some(format!(
+                "without {} the recordings are explained as well, with {stated}",
+                effect?
+            ))
+        };
+        known.filter_map(note).collect::<Vec<String>>()
+    };
+    laws.iter().flat_map(of_law).collect()
+}
+
+/// What a number comes out as, and what was stated.
+fn stated(rig: &Rig, key: &str, found: f64) -> String {
+    let numbers = [
+        found,
+        rig.value(key).unwrap_or(f64::NAN),
+        rig.uncertainty_sd(key).unwrap_or(0.0),
+    ];
+    let [found, given, stated] = numbers.map(words::digits);
+    format!("{key} as {found} where the rig file states {given} ± {stated}")
 }
 
 /// What is to be said of a rig that holds no number to be uncertain.
@@ -88,6 +114,6 @@ mod tests {
         assert!(told("friction.coulomb_N", 25.0).is_empty());
         let notes = told("friction.viscous_Ns_m", 400.0);
         assert_eq!(notes.len(), 1);
-        assert!(notes[0].starts_with("friction.viscous_Ns_m comes out as 400"));
+        assert!(notes[0].contains("friction.viscous_Ns_m as 400 where the rig file states 60"));
     }
 }

@@ -105,12 +105,14 @@ pub struct Evidence {
     pub is_alternative: bool,
     /// Whether held-out recordings speak against it.
     pub is_refuted: bool,
+    /// Whether it is in the place of an ordinary number that came out far off.
+    pub is_of_strayed: bool,
 }
 
 impl Evidence {
     /// An effect that is not needed: nothing material is left without it. `gain` is
     /// what it would bring alone.
-    fn needless(candidate: usize, gain: f64) -> Self {
+    pub(super) fn needless(candidate: usize, gain: f64) -> Self {
         Self {
             candidate,
             ratio: 1.0,
@@ -125,6 +127,27 @@ impl Evidence {
             is_negligible: false,
             is_alternative: false,
             is_refuted: false,
+            is_of_strayed: false,
+        }
+    }
+
+    /// An effect that an ordinary number, far off, stood in for.
+    pub(super) fn of_strayed(candidate: usize, gain: f64, probability: f64) -> Self {
+        Self {
+            share: 1.0,
+            probability,
+            accepted: true,
+            is_of_strayed: true,
+            ..Self::needless(candidate, gain)
+        }
+    }
+
+    /// An effect that would do as well as the one that was accepted.
+    pub(super) fn alternative(self, probability: f64) -> Self {
+        Self {
+            probability,
+            is_alternative: true,
+            ..self
         }
     }
 
@@ -382,7 +405,7 @@ fn grow_again(
 fn declined_evidence(judge: &mut Judge<'_>, improved: &Fitted) -> Vec<Evidence> {
     if judge.is_explained(improved) {
         let candidates = judge.bench.candidates.iter().enumerate();
-        let lasting = candidates.filter(|(_, candidate)| !candidate.is_passing);
+        let lasting = candidates.filter(|(_, candidate)| candidate.taken_up_by.is_empty());
         let lasting = lasting.map(|(index, _)| index);
         let declined = lasting.filter(|index| !improved.set.contains(index));
         return declined.map(|index| judge.needless(index)).collect();
@@ -789,7 +812,7 @@ impl<'a> Judge<'a> {
     /// parameters take up is none.
     fn compatible(&self, set: &Set) -> bool {
         let candidates = &self.bench.candidates;
-        let is_taken_up = |&index: &usize| candidates[index].is_passing;
+        let is_taken_up = |&index: &usize| !candidates[index].taken_up_by.is_empty();
         !set.iter().any(is_taken_up)
             && set.iter().enumerate().all(|(index, &a)| {
                 set[index + 1..].iter().all(|&b| {
@@ -949,6 +972,7 @@ impl<'a> Judge<'a> {
             is_negligible: is_plain && is_negligible,
             is_alternative: false,
             is_refuted: false,
+            is_of_strayed: false,
         }
     }
 
@@ -1052,7 +1076,7 @@ fn explained_probability(ratio: f64, share: f64) -> f64 {
     (odds / (1.0 + odds)).max(0.01)
 }
 
-fn with(set: &Set, candidate: usize) -> Set {
+pub(super) fn with(set: &Set, candidate: usize) -> Set {
     let mut larger = set.clone();
     larger.push(candidate);
     larger.sort_unstable();
