@@ -14,10 +14,11 @@ const WORTH_A_SEARCH_DEVIATIONS: f64 = 4.0;
 const TO_THE_NOISE: f64 = 0.05;
 /// ... and where nothing is plainly missed, so many times what it varies by.
 const TO_THE_NOISE_DEVIATIONS: f64 = 2.0;
-/// The same where the noise is a floor that was set and not one that was
-/// declared: forces below it are not looked for, and it is no better known than
-/// by this (healthy rigs were seen up to 0.6 above it).
+/// The first where the noise is a floor that was set and not one that was
+/// declared: it is no better known than by this (healthy rigs were seen up to 0.6 above it).
 const MISSED_OF_FORCES: f64 = 1.0;
+/// Forces below that floor are not looked for.
+const WORTH_A_SEARCH_OF_FORCES: f64 = 0.0;
 
 impl Bench<'_> {
     /// Energy that a model misses of an output above the noise's, in units of it.
@@ -28,7 +29,7 @@ impl Bench<'_> {
     /// From which excess on effects are looked for.
     fn worth_a_search(&self) -> f64 {
         if self.law == Law::Balance {
-            return MISSED_OF_FORCES;
+            return WORTH_A_SEARCH_OF_FORCES;
         }
         (WORTH_A_SEARCH_DEVIATIONS * self.noise_varies()).min(MISSED)
     }
@@ -55,7 +56,9 @@ impl Bench<'_> {
     /// How a misfit beside the noise compares with what is looked into, in the output that
     /// shows it most: from 1 on effects would be looked for.
     pub(super) fn over_what_is_looked_into(&self, misfits: &[Columns]) -> f64 {
-        self.energies(misfits).fold(0.0, f64::max) / self.worth_a_search()
+        // A floor was set above what is there: a misfit alone has to reach it.
+        let there = if self.law == Law::Balance { 0.0 } else { 1.0 };
+        self.energies(misfits).fold(0.0, f64::max) / (1.0 - there + self.worth_a_search())
     }
 
     /// Energy of a misfit in units of the noise's, summed over the outputs.

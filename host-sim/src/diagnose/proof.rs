@@ -277,13 +277,6 @@ pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
     if !hangs_on_chance(law) && worsens_on_balance(law, held_out) {
         return true;
     }
-    eprintln!(
-        "refutes {:?} typical {:?} horizon {:?} free {:?}",
-        law.law,
-        typical_ratio(law),
-        ratio(|run| &run.horizon),
-        ratio(|run| &run.free_run)
-    );
     let horizon = ratio(|run| &run.horizon);
     let free_run = ratio(|run| &run.free_run);
     match (horizon, free_run) {
