@@ -870,7 +870,6 @@ fn motion_speed(tracks: &[Track<'_>]) -> f64 {
 mod tests {
     use super::super::drawn;
     use super::*;
-
     use crate::random::Noise;
     use crate::recording::Recording;
     use truth_plant::{Kind, Request, Strength};

@@ -57,8 +57,8 @@ impl Bench<'_> {
     /// shows it most: from 1 on effects would be looked for.
     pub(super) fn over_what_is_looked_into(&self, misfits: &[Columns]) -> f64 {
         // A floor was set above what is there: a misfit alone has to reach it.
-        let there = if self.law == Law::Balance { 0.0 } else { 1.0 };
-        self.energies(misfits).fold(0.0, f64::max) / (1.0 - there + self.worth_a_search())
+        let floor = if self.law == Law::Balance { 1.0 } else { 0.0 };
+        self.energies(misfits).fold(0.0, f64::max) / (floor + self.worth_a_search())
     }
 
     /// Energy of a misfit in units of the noise's, summed over the outputs.
@@ -96,7 +96,6 @@ impl Bench<'_> {
 
 #[cfg(test)]
 mod tests {
-
     use crate::diagnose::drawn;
     use crate::laws::Track;
     use truth_plant::{Kind, Request};

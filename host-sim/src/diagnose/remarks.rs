@@ -26,9 +26,8 @@ pub(super) fn strayed(rig: &Rig, parameters: &BTreeMap<String, Parameter>) -> Ve
 pub(super) fn stood_in(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
     let of_law = |law: &LawDiagnosis| {
         let mut named = law.evidence.iter().filter(|evidence| evidence.accepted);
-        let effect = named
-            .find(|evidence| evidence.is_of_strayed)
-            .map(|evidence| law.candidates[evidence.candidate].effect);
+        let evidence = named.find(|evidence| evidence.is_of_strayed)?;
+        let effect = law.candidates[evidence.candidate].effect;
         let refit = &law.baseline;
         let numbers = refit.names.iter().zip(&refit.values).take(refit.shared);
         let known = numbers.zip(&refit.standard_deviations);
@@ -36,13 +35,12 @@ pub(super) fn stood_in(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
             let is_strayed = deviations(rig, key, found, known_to)? > STRAYED;
             let stated = is_strayed.then(|| stated(rig, key, found))?;
             Some(format!(
-                "without {} the recordings are explained as well, with {stated}",
-                effect?
+                "without {effect} the recordings are explained as well, with {stated}"
             ))
         };
-        known.filter_map(note).collect::<Vec<String>>()
+        Some(known.filter_map(note).collect::<Vec<String>>())
     };
-    laws.iter().flat_map(of_law).collect()
+    laws.iter().filter_map(of_law).flatten().collect()
 }
 
 /// What a number comes out as, and what was stated.
