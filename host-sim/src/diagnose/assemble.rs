@@ -291,13 +291,13 @@ fn spans(law: &LawDiagnosis, candidate: usize, train: &[Recording]) -> Vec<(Stri
         return Vec::new();
     };
     let recordings = presence.spans_s.iter().zip(train);
-    recordings
-        .filter(|((from, to), _)| to > from)
-        .map(|(&(from, to), recording)| {
-            let end = recording.time_s.last().copied().unwrap_or(to);
-            (recording.name.clone(), from, to.min(end))
-        })
-        .collect()
+    let named = |(spans_s, recording): (&Vec<(f64, f64)>, &Recording)| {
+        let end = recording.time_s.last().copied().unwrap_or(f64::INFINITY);
+        let name = recording.name.clone();
+        let span = move |&(from, to): &(f64, f64)| (name.clone(), from, to.min(end));
+        spans_s.iter().map(span).collect::<Vec<_>>()
+    };
+    recordings.flat_map(named).collect()
 }
 
 /// The part of the recorded time in which it is there.
@@ -323,7 +323,7 @@ pub(super) fn is_enough(explained: f64) -> bool {
 }
 
 /// A law of which effects are named.
-fn has_named(law: &LawDiagnosis) -> bool {
+pub(super) fn has_named(law: &LawDiagnosis) -> bool {
     law.evidence.iter().any(|evidence| evidence.accepted)
 }
 

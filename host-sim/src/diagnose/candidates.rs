@@ -69,6 +69,11 @@ impl Candidate {
         format!("{}{form} at {}", self.effect, self.places.join(" and "))
     }
 
+    /// Whether it is in what the sensors say and not in the axis.
+    pub(super) fn is_of_sensors(&self) -> bool {
+        self.places.iter().all(|place| place.starts_with("sensor."))
+    }
+
     fn new(effect: &'static str, places: &[&'static str]) -> Self {
         Self {
             effect,

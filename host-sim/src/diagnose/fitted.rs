@@ -519,11 +519,16 @@ impl<'a> Bench<'a> {
     }
 
     /// Squared residuals of a fitted model on one recording in units of the noise,
-    /// summed, if its effect were there in this span.
-    pub fn cost_with_span(&self, fitted: &Fitted, recording: usize, span_s: (f64, f64)) -> f64 {
+    /// summed, if its effect were there in these spans.
+    pub fn cost_with_spans(
+        &self,
+        fitted: &Fitted,
+        recording: usize,
+        spans_s: &[(f64, f64)],
+    ) -> f64 {
         let mut presence = fitted.presence.clone();
         if let Some(presence) = &mut presence {
-            presence.spans_s[recording] = span_s;
+            presence.spans_s[recording] = spans_s.to_vec();
         }
         self.with_problem(&fitted.set, self.tracks, presence.as_ref(), |problem| {
             let predicted = problem.predict_recording(recording, &fitted.values);

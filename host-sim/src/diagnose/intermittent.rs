@@ -9,7 +9,7 @@
 use super::fitted::{Bench, Fitted, Set};
 use super::prospect::{self, PROMISING};
 use super::search::mean;
-use crate::fit::presence::{Presence, refined};
+use crate::fit::presence::{Presence, refined_each};
 use crate::laws::{Law, View};
 use rayon::prelude::*;
 
@@ -64,7 +64,7 @@ pub fn search(
 /// A model without the effect, and when that may be there.
 struct Start {
     model: Fitted,
-    spans_s: Vec<(f64, f64)>,
+    spans_s: Vec<Vec<(f64, f64)>>,
 }
 
 impl Start {
@@ -89,8 +89,13 @@ impl Start {
         let worst = Presence::of_largest_gain("", bench.tracks, excess);
         let (mut there, mut elsewhere) = (Vec::new(), Vec::new());
         for ((recording, track), mut squares) in bench.tracks.iter().enumerate().zip(missed) {
-            let rows = worst.rows(recording, &track.recording.time_s);
-            there.extend(squares.drain(rows));
+            for rows in worst
+                .rows(recording, &track.recording.time_s)
+                .into_iter()
+                .rev()
+            {
+                there.extend(squares.drain(rows));
+            }
             elsewhere.extend(squares);
         }
         let noise = bench.noise.len() as f64;
@@ -236,12 +241,9 @@ fn sharpened(bench: &Bench<'_>, model: Fitted, score: &impl Fn(&Fitted) -> f64) 
     let presence = model.presence.clone()?;
     let spans = presence.spans_s.par_iter().enumerate();
     let spans_s = spans
-        .map(|(recording, &span_s)| {
-            if span_s.1 <= span_s.0 {
-                return span_s;
-            }
-            refined(span_s, |moved| {
-                bench.cost_with_span(&model, recording, moved)
+        .map(|(recording, spans_s)| {
+            refined_each(spans_s, |moved| {
+                bench.cost_with_spans(&model, recording, moved)
             })
         })
         .collect();
@@ -287,7 +289,7 @@ fn seen(bench: &Bench<'_>, model: &Fitted) -> Option<Presence> {
     };
     let with = squares(None);
     let without = squares(Some(Presence::nowhere(effect, bench.tracks.len())));
-    Some(Presence::of_largest_gain(
+    Some(Presence::of_gains(
         effect,
         bench.tracks,
         |recording, row| without[recording][row] - with[recording][row],
@@ -316,7 +318,7 @@ mod tests {
             let is_right = |start: &Start| {
                 tracks.iter().zip(&start.spans_s).all(|(track, span_s)| {
                     let end_s = track.recording.time_s[track.len() - 1];
-                    (span_s.0 - 0.5 * end_s).abs() < 0.2
+                    (span_s[0].0 - 0.5 * end_s).abs() < 0.2
                 })
             };
             let spans: Vec<_> = starts.iter().map(|start| &start.spans_s).collect();

@@ -11,7 +11,7 @@ use super::noise;
 use super::search::PLAIN_RATIO;
 use super::{LawDiagnosis, Model};
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
-use crate::fit::presence::{Presence, refined};
+use crate::fit::presence::{Presence, refined_each};
 use crate::fit::{NoiseVariance, Options, solve};
 use crate::laws::{Law, Track, View};
 use crate::recording::Recording;
@@ -158,20 +158,20 @@ impl Frozen {
         let nowhere = Presence::nowhere(effect, tracks.len());
         let (with, without) = (squares(None)?, squares(Some(&nowhere))?);
         let gain = |_: usize, row: usize| without[row] - with[row];
-        let mut presence = Presence::of_largest_gain(effect, tracks, gain);
-        let at = |span_s: (f64, f64)| Presence {
+        let seen = Presence::of_gains(effect, tracks, gain);
+        let at = |spans_s: &[(f64, f64)]| Presence {
             effect,
-            spans_s: vec![span_s],
+            spans_s: vec![spans_s.to_vec()],
         };
-        let fitted = |span_s: (f64, f64)| {
-            let presence = at(span_s);
+        let fitted = |spans_s: &[(f64, f64)]| {
+            let presence = at(spans_s);
             own_values(&mut LawProblem {
                 presence: Some(&presence),
                 ..basis
             })
         };
-        let cost = |values: &[f64], span_s: (f64, f64)| {
-            let presence = at(span_s);
+        let cost = |values: &[f64], spans_s: &[(f64, f64)]| {
+            let presence = at(spans_s);
             let problem = LawProblem {
                 presence: Some(&presence),
                 ..basis
@@ -184,19 +184,15 @@ impl Frozen {
         // best of those that come and stay, or from none.
         let time_s = &tracks[0].recording.time_s;
         let from = |part: usize| time_s[time_s.len() * part / ONSETS_TRIED];
-        let stays = (0..ONSETS_TRIED).map(|part| (from(part), f64::INFINITY));
-        let spans = [presence.spans_s[0], nowhere.spans_s[0]].into_iter();
-        let tried = spans.chain(stays).filter_map(|span_s| {
-            let values = fitted(span_s)?;
-            Some((cost(&values, span_s), span_s, values))
+        let stays = (0..ONSETS_TRIED).map(|part| vec![(from(part), f64::INFINITY)]);
+        let seen_or_not = [seen.spans_s, nowhere.spans_s].into_iter().flatten();
+        let tried = seen_or_not.chain(stays).filter_map(|spans_s| {
+            let values = fitted(&spans_s)?;
+            Some((cost(&values, &spans_s), spans_s, values))
         });
         let (_, begun, values) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        presence.spans_s[0] = if begun.1 > begun.0 {
-            refined(begun, |span_s| cost(&values, span_s))
-        } else {
-            begun
-        };
-        Some(presence)
+        let refined = refined_each(&begun, |spans_s| cost(&values, spans_s));
+        Some(at(&refined))
     }
 
     /// Squares and their number by output, in windows of the rig's horizon. Each window

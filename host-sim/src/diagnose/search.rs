@@ -27,6 +27,8 @@ const BEAM_WIDTH_LONG: usize = 1;
 const FINALISTS: usize = 4;
 /// Of the effects that promise most beside a refit that misses little, so many are fitted.
 const PROMISED: usize = 3;
+/// For each effect of a model so many others are tried in its place.
+const EXCHANGED: usize = 3;
 /// Largest set tried.
 const LARGEST_SET: usize = 4;
 /// Growing stops when the best set of a size is not better than the best
@@ -289,7 +291,7 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     let start = deepest.unwrap_or_else(|| baseline.clone());
     progress("judging each effect by data left out of the fit");
     let (improved, kept) = eliminate(&mut judge, start);
-    let (improved, kept) = grow_again(&mut judge, improved, kept);
+    let (improved, kept) = settle(&mut judge, improved, kept, progress);
     let mut evidence = kept;
     let mut declined = declined_evidence(&mut judge, &improved);
     declined.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -372,6 +374,25 @@ fn eliminate(judge: &mut Judge<'_>, mut model: Fitted) -> (Fitted, Vec<Evidence>
     }
 }
 
+/// Exchanges effects and grows by turns, until neither changes the set.
+fn settle(
+    judge: &mut Judge<'_>,
+    mut model: Fitted,
+    mut evidence: Vec<Evidence>,
+    progress: &dyn Fn(&str),
+) -> (Fitted, Vec<Evidence>) {
+    for _ in 0..LARGEST_SET {
+        progress("each effect exchanged for others");
+        (model, evidence) = exchange(judge, model, evidence);
+        let exchanged = model.set.clone();
+        (model, evidence) = grow_again(judge, model, evidence);
+        if model.set == exchanged {
+            break;
+        }
+    }
+    (model, evidence)
+}
+
 /// Effects that were taken out may have stood in the place of the right one: what is left grows
 /// by what would be accepted beside it, as long as that makes it better.
 fn grow_again(
@@ -397,6 +418,31 @@ fn grow_again(
             break;
         }
         (model, evidence) = (larger, kept);
+    }
+    (model, evidence)
+}
+
+/// An effect may stand in the place of one to which a few iterations from the rig as given did
+/// not lead: each is exchanged for those that promise most where it has led the ordinary
+/// numbers, as long as one of them leaves less. The others are known as rivals from then on.
+fn exchange(
+    judge: &mut Judge<'_>,
+    mut model: Fitted,
+    mut evidence: Vec<Evidence>,
+) -> (Fitted, Vec<Evidence>) {
+    for _ in 0..LARGEST_SET {
+        let Some(other) = judge.exchanged(&model) else {
+            break;
+        };
+        let (other, kept) = eliminate(judge, other);
+        if !judge.leads(&other, &model) {
+            break;
+        }
+        let is_plain = judge.score(&other) - judge.score(&model) < PLAIN_RATIO.ln();
+        (model, evidence) = (other, kept);
+        if !is_plain {
+            break;
+        }
     }
     (model, evidence)
 }
@@ -685,6 +731,58 @@ impl<'a> Judge<'a> {
         self.fits += jobs.len();
         self.fitted.extend(children.iter().cloned());
         children
+    }
+
+    /// The best model that has another effect in the place of one, if that leaves less.
+    fn exchanged(&mut self, model: &Fitted) -> Option<Fitted> {
+        if !self.bench.is_long() {
+            return None;
+        }
+        let exchanges: Vec<Fitted> = model
+            .set
+            .iter()
+            .flat_map(|&given_up| self.exchanges(model, given_up))
+            .collect();
+        for one in &exchanges {
+            self.remember(one);
+        }
+        let best = self.best(exchanges).into_iter().next()?;
+        self.leads(&best, model).then_some(best)
+    }
+
+    /// Whether one of two models with as many effects leaves less, be it little.
+    fn leads(&self, model: &Fitted, other: &Fitted) -> bool {
+        self.score(other) - self.score(model) > WORTH_GROWING
+    }
+
+    /// The models that promise most with another effect in the place of one, fitted.
+    fn exchanges(&mut self, model: &Fitted, given_up: usize) -> Vec<Fitted> {
+        let bench = self.bench;
+        let kept = model.set.iter().filter(|one| **one != given_up);
+        let near = bench.restricted(model, &kept.copied().collect::<Set>());
+        let jobs: Vec<(Set, &Fitted)> = (0..bench.candidates.len())
+            .filter(|one| !model.set.contains(one))
+            .map(|one| (with(&near.set, one), &near))
+            .filter(|(set, _)| self.compatible(set))
+            .collect();
+        let score = |fitted: &Fitted| self.score(fitted);
+        let order = prospect::order(bench, &near, &jobs, &score);
+        let promising: Vec<usize> = order.into_iter().take(EXCHANGED).collect();
+        let fit = |&place: &usize| bench.finished(&bench.ranked(&jobs[place].0, &near)?);
+        self.fits += promising.len();
+        promising.par_iter().filter_map(fit).collect()
+    }
+
+    /// Keeps a model in the place of a worse one of the same set.
+    fn remember(&mut self, model: &Fitted) {
+        let is_worse = |known: &Fitted| self.score(known) > self.score(model);
+        let known = self.fitted.iter().find(|known| known.set == model.set);
+        if !known.is_none_or(is_worse) {
+            return;
+        }
+        self.fitted.retain(|known| known.set != model.set);
+        self.judged.retain(|((set, _), _)| *set != model.set);
+        self.fitted.push(model.clone());
     }
 
     /// Whether sets on top of this one are told by what they promise first. A rig as given is
@@ -1151,7 +1249,7 @@ mod tests {
     use super::super::drawn;
     use super::*;
     use crate::laws::Track;
-    use truth_plant::{Kind, Request};
+    use truth_plant::{Kind, Request, Strength};
 
     /// A static level left under the level of sliding, where no break-away tells of it: an effect
     /// that led out of there was named with probability 0.95.
@@ -1170,6 +1268,30 @@ mod tests {
         assert!(
             outcome.baseline.energy_above(&bench.noise) < 0.5 * hollow.energy_above(&bench.noise)
         );
+    }
+
+    /// A spool of 60 Hz was called a delay, with 0.95: three iterations from the rig as given put
+    /// the delay first, and what leaves little more than noise had no rival.
+    #[test]
+    fn regress_a_delay_in_the_place_of_a_spool_is_exchanged_for_it() {
+        let (rig, recordings) = drawn::of_kind(Kind::Single, 5, Strength::Weak, "spool-dynamics");
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Chambers, &rig, &tracks);
+        let of = |effect: &str| {
+            let is_it =
+                |candidate: &crate::diagnose::candidates::Candidate| candidate.effect == effect;
+            bench.candidates.iter().position(is_it).unwrap()
+        };
+        let (delay, spool) = (of("valve-delay"), of("spool-dynamics"));
+        let mut judge = Judge::new(&bench, &baseline);
+        let wrong = bench
+            .fit(&[delay], Some(&bench.as_given(&baseline)))
+            .unwrap();
+        judge.remember(&wrong);
+        let (model, evidence) = exchange(&mut judge, wrong.clone(), Vec::new());
+        assert_eq!(model.set, [spool]);
+        assert!(evidence[0].accepted);
+        assert!(judge.score(&model) < judge.score(&wrong));
     }
 
     /// One event of sixty that is 11 N off, as seen where a carriage crept on, was a load behind a

@@ -120,7 +120,7 @@ pub struct LawProblem<'a> {
 /// there, with the rows in which it is.
 struct Models<'v, R> {
     with: Values<'v, R>,
-    without: Option<(Values<'v, R>, Range<usize>)>,
+    without: Option<(Values<'v, R>, Vec<Range<usize>>)>,
 }
 
 impl<'v, R> Models<'v, R> {
@@ -129,13 +129,15 @@ impl<'v, R> Models<'v, R> {
         let Some((without, there)) = &self.without else {
             return vec![(rows.clone(), &self.with)];
         };
-        let from = there.start.clamp(rows.start, rows.end);
-        let to = there.end.clamp(from, rows.end);
-        let mut pieces = vec![
-            (rows.start..from, without),
-            (from..to, &self.with),
-            (to..rows.end, without),
-        ];
+        let (mut pieces, mut done) = (Vec::new(), rows.start);
+        for there in there {
+            let from = there.start.clamp(done, rows.end);
+            let to = there.end.clamp(from, rows.end);
+            pieces.push((done..from, without));
+            pieces.push((from..to, &self.with));
+            done = to;
+        }
+        pieces.push((done..rows.end, without));
         pieces.retain(|(piece, _)| !piece.is_empty());
         pieces
     }
@@ -412,10 +414,12 @@ impl LawProblem<'_> {
         let pairs = keys.iter().cloned().zip(values.iter().copied());
         let rig = self.rig.with_values(&pairs.collect());
         let time_s = &self.tracks[recording].recording.time_s;
+        let is_there = |presence: &Presence| {
+            let mut stretches = presence.rows(recording, time_s).into_iter();
+            stretches.any(|rows| rows.contains(&row))
+        };
         match self.presence {
-            Some(presence) if !presence.rows(recording, time_s).contains(&row) => {
-                presence.rig_without(&rig)
-            }
+            Some(presence) if !is_there(presence) => presence.rig_without(&rig),
             _ => rig,
         }
     }

@@ -24,6 +24,7 @@ use std::ops::Range;
 
 pub use motion::Motion;
 pub(crate) use motion::{median, median_step_s, white_noise};
+pub(crate) use pressure_reading::read_pressures_pa;
 
 /// Which rows an initial state may be estimated from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

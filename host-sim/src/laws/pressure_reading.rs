@@ -2,11 +2,30 @@
 
 use super::{Track, delayed};
 use crate::model::{Side, Values};
+use crate::rig::Rig;
 use model_core::real::Real;
 
 /// Rows on each side for the slope of a pressure, about as long as sensors lag: what reads
 /// them averages the rest.
 const SLOPE_REACH: usize = 1;
+
+/// Both pressures of a recording, Pa absolute, with what the rig holds of their sensors taken
+/// back; none where one was not recorded.
+pub(crate) fn read_pressures_pa(rig: &Rig, track: &Track<'_>) -> Option<[Vec<f64>; 2]> {
+    let values = Values::<f64> {
+        rig,
+        keys: &[],
+        replaced: &[],
+    };
+    let reading = PressureReading::new(&values, track)?;
+    let read = (0..track.len()).map(|row| reading.at(row));
+    let [mut a_pa, mut b_pa] = [Vec::new(), Vec::new()];
+    read.for_each(|[a, b]| {
+        a_pa.push(a);
+        b_pa.push(b);
+    });
+    Some([a_pa, b_pa])
+}
 
 /// How both pressures are read where their sensors lag or are off, or the position was logged
 /// at another time.
@@ -50,5 +69,50 @@ impl<'a, R: Real> PressureReading<'a, R> {
         );
         let slope = (recorded_pa[to] - recorded_pa[from]) / (self.time_s[to] - self.time_s[from]);
         shown + self.lag_s * R::from_f64(slope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Recording;
+    use std::collections::BTreeMap;
+    use truth_plant::{Kind, Request};
+
+    /// A first-order sensor shows a ramp late by its time constant.
+    #[test]
+    fn val_a_ramp_is_read_back_from_sensors_that_lag_and_are_off() {
+        const LAG_S: f64 = 0.005;
+        const OFFSET_PA: f64 = 3e3;
+        let case = Request::new(1, Kind::Nothing).draw();
+        let rig = Rig::parse(&case.rig_toml, "rig.toml").expect("it is a rig");
+        let off = [
+            ("effects.pressure-sensor-lag.time_constant_s", LAG_S),
+            ("effects.pressure-sensor-offset.offset_a_Pa", OFFSET_PA),
+        ];
+        let rig = rig.with_values(&off.map(|(key, value)| (key.to_owned(), value)).into());
+        let time_s: Vec<f64> = (0..50).map(|row| f64::from(row) * 1e-3).collect();
+        let ramp_pa = |time_s: &f64| 3e5 + 2e6 * time_s;
+        let shown = |offset_pa: f64| -> Vec<f64> {
+            let shown = time_s
+                .iter()
+                .map(|at_s| ramp_pa(&(at_s - LAG_S)) + offset_pa);
+            shown.collect()
+        };
+        let signals = [("p_a", shown(OFFSET_PA)), ("p_b", shown(0.0))];
+        let signals: BTreeMap<String, Vec<f64>> = signals
+            .into_iter()
+            .map(|(name, column)| (name.to_owned(), column))
+            .collect();
+        let recording = Recording::from_signals("ramp", time_s.clone(), signals);
+        let read_pa = read_pressures_pa(&rig, &Track::new(&recording)).expect("both are there");
+        for column in read_pa {
+            for (read_pa, at_s) in column.iter().zip(&time_s) {
+                assert!(
+                    (read_pa - ramp_pa(at_s)).abs() < 1e-3,
+                    "{read_pa} at {at_s} s"
+                );
+            }
+        }
     }
 }
