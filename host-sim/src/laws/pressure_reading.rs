@@ -18,13 +18,9 @@ pub(crate) fn read_pressures_pa(rig: &Rig, track: &Track<'_>) -> Option<[Vec<f64
         replaced: &[],
     };
     let reading = PressureReading::new(&values, track)?;
-    let read = (0..track.len()).map(|row| reading.at(row));
-    let [mut a_pa, mut b_pa] = [Vec::new(), Vec::new()];
-    read.for_each(|[a, b]| {
-        a_pa.push(a);
-        b_pa.push(b);
-    });
-    Some([a_pa, b_pa])
+    let read_pa = (0..track.len()).map(|row| reading.at(row).into());
+    let both: (Vec<f64>, Vec<f64>) = read_pa.unzip();
+    Some(both.into())
 }
 
 /// How both pressures are read where their sensors lag or are off, or the position was logged
