@@ -215,10 +215,14 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         };
         state.position_m = Compensated::new(R::from_f64(motion.position_m[row]));
         state.velocity_m_per_s = velocity(row);
-        let levels = terms.levels(&declared, p_a - ambient, p_b - ambient);
-        let levels = carriage.levels(&state, levels);
+        let declared_here = terms.levels(&declared, p_a - ambient, p_b - ambient);
+        let levels = carriage.levels(&state, declared_here);
         if let Some(event) = events.next_if(|event| event.row <= row) {
-            breaks.push((event, levels));
+            let placed = carriage.effects.map_or(declared_here, |effects| {
+                let place_m = state.position_m.value;
+                effects.position_friction.levels(declared_here, place_m)
+            });
+            breaks.push((event, placed));
         }
         let dry = FrictionLevels {
             viscous_n_s_per_m: R::ZERO,

@@ -336,7 +336,7 @@ pub(super) struct Stand<'a, R> {
     pub carriage: &'a Carriage<R>,
     /// Without a load behind a spring, unless that is in its play and taken as rigid.
     pub mass_kg: R,
-    /// Of a new seal.
+    /// Of a new seal where it stands, whichever way it is pushed.
     pub levels: FrictionLevels<R>,
     /// How stiffly the gas holds the piston.
     pub air_spring_n_per_m: R,
@@ -367,9 +367,11 @@ impl<R: Real> Stand<'_, R> {
         let stood_s = R::from_f64(event.rest_s - event.history_s());
         let mut age = dwell.step(R::ZERO, R::ZERO, stood_s);
         let step_s = R::from_f64(STEP_S);
-        let held_n = dwell.levels(self.levels, age).static_n;
+        let pushed_n = push.at(R::ZERO);
         let mut velocity = R::ZERO;
-        let mut deflection = push.at(R::ZERO).clamp(-held_n, held_n) / bristle.stiffness_n_per_m;
+        let mut deflection = pushed_n / bristle.stiffness_n_per_m;
+        let held_n = self.held(event, velocity, deflection, age).static_n;
+        deflection = pushed_n.clamp(-held_n, held_n) / bristle.stiffness_n_per_m;
         let (mut way_m, mut way) = (Vec::with_capacity(MOST_STEPS), R::ZERO);
         for step in 0..MOST_STEPS {
             way_m.push(way);
@@ -378,7 +380,7 @@ impl<R: Real> Stand<'_, R> {
             }
             let at_s = R::from_f64((step as f64 + 0.5) * STEP_S);
             let out = bristle.step_with_mass(
-                &dwell.levels(self.levels, age),
+                &self.held(event, velocity, deflection, age),
                 self.mass_kg,
                 velocity,
                 deflection,
@@ -391,6 +393,28 @@ impl<R: Real> Stand<'_, R> {
         }
         let at_s = instant_of_way(&way_m, standing_m);
         push.at(at_s.unwrap_or_else(|| R::from_f64(way_m.len() as f64 * STEP_S)))
+    }
+
+    /// The levels at a velocity and a deflection over the direction in which it leaves: before
+    /// that it may have been pushed the other way, where friction is not the same.
+    fn held(
+        &self,
+        event: &Breakaway,
+        velocity_m_per_s: R,
+        deflection_m: R,
+        age: R,
+    ) -> FrictionLevels<R> {
+        let Some(effects) = &self.carriage.effects else {
+            return self.levels;
+        };
+        let direction = R::from_f64(event.direction);
+        let levels = effects.direction_friction.levels(
+            self.levels,
+            &self.carriage.bristle,
+            direction * velocity_m_per_s,
+            direction * deflection_m,
+        );
+        effects.dwell_stiction.levels(levels, age)
     }
 }
 
@@ -411,15 +435,12 @@ mod tests {
     use model_core::paper;
     use model_core::real::Dual;
 
-    /// Force at which a carriage leaves that is pushed ever harder, by static level, age and
-    /// forgetting way.
-    fn leaves_at_n<R: Real>([static_n, rise_n, way_m]: [R; 3], rate_n_per_s: f64) -> R {
-        let mut effects = CarriageEffects::neutral();
-        effects.dwell_stiction = DwellStiction {
-            rise_n,
-            time_constant_s: R::ONE,
-            forgetting_way_m: way_m,
-        };
+    /// Force at which a carriage leaves that is pushed from `start_n` ever harder.
+    fn pushed_leaves_at_n<R: Real>(
+        effects: CarriageEffects<R>,
+        static_n: R,
+        (start_n, rate_n_per_s): (f64, f64),
+    ) -> R {
         let carriage = Carriage {
             effects: Some(effects),
             ..paper::axis::<R>().carriage
@@ -434,7 +455,6 @@ mod tests {
             air_spring_n_per_m: R::from_f64(3e3),
         };
         let times = (0..400).map(|row| f64::from(row) * 1e-3);
-        let start_n = 60.0 - 0.2 * rate_n_per_s;
         let push = Push {
             force_n: times
                 .clone()
@@ -451,6 +471,33 @@ mod tests {
             rest_s: 0.5,
         };
         stand.leaves_at_n(&event, &push, STANDING_M)
+    }
+
+    /// The same by static level, age and forgetting way.
+    fn leaves_at_n<R: Real>([static_n, rise_n, way_m]: [R; 3], rate_n_per_s: f64) -> R {
+        let mut effects = CarriageEffects::neutral();
+        effects.dwell_stiction = DwellStiction {
+            rise_n,
+            time_constant_s: R::ONE,
+            forgetting_way_m: way_m,
+        };
+        let start_n = 60.0 - 0.2 * rate_n_per_s;
+        pushed_leaves_at_n(effects, static_n, (start_n, rate_n_per_s))
+    }
+
+    /// It stood under a force that one way would have moved it, and which its friction held the
+    /// other way: followed with the friction of one way, it left 40 N late.
+    #[test]
+    fn regress_a_carriage_held_the_other_way_leaves_by_the_friction_of_its_way() {
+        let mut effects = CarriageEffects::<f64>::neutral();
+        effects.direction_friction.asymmetry = -0.4;
+        let leaves_n = |start_n| pushed_leaves_at_n(effects, 45.0, (start_n, 500.0));
+        let unloaded_n = leaves_n(0.0);
+        for start_n in [-40.0, -60.0] {
+            let loaded_n = leaves_n(start_n);
+            println!("pushed from {start_n} N: {loaded_n:.2} N, from nought {unloaded_n:.2}");
+            assert!((loaded_n - unloaded_n).abs() < 3.0);
+        }
     }
 
     #[test]
