@@ -332,9 +332,10 @@ fn is_solved(law: &LawDiagnosis) -> bool {
     has_named(law) && is_enough(law.explained)
 }
 
-/// A law whose misfit is material, and no effect explains it.
+/// A law whose misfit is material, and no effect explains it. What is left of an output that
+/// alone says nothing, as creep, does not count.
 pub(super) fn is_unexplained(law: &LawDiagnosis) -> bool {
-    law.missed && !is_enough(law.explained) && !law.evidence.is_empty()
+    law.missed && law.is_open && !is_enough(law.explained) && !law.evidence.is_empty()
 }
 
 /// Effects without a name, as they explain too little: then they must do no harm either.

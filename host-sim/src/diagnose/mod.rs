@@ -123,6 +123,8 @@ pub struct LawDiagnosis {
     pub lost_commands: Option<f64>,
     /// Whether the refitted baseline misses something that can be trusted to show it.
     pub missed: bool,
+    /// Whether the improved model still misses something plainly, or a table stands for it.
+    pub is_open: bool,
     /// Part of what the baseline misses that the named effects explain.
     pub explained: f64,
     /// What was put into the model and held-out recordings spoke against, in words.
@@ -236,6 +238,7 @@ impl LawDiagnosis {
     fn leave_out(&mut self) {
         self.evidence.iter_mut().for_each(Evidence::refute);
         self.improved = self.baseline.clone();
+        self.is_open = self.missed;
         for event in &mut self.break_aways {
             event.improved_n = event.refitted_n;
         }
@@ -479,6 +482,7 @@ fn written(
         input: None,
         lost_commands: None,
         missed,
+        is_open: settled.term.is_some() || full.misses_plainly(&settled.improved),
         explained: settled.explained,
         refuted: None,
         is_surprised: false,
