@@ -9,6 +9,7 @@
 
 use super::fitted::{Bench, Fitted, Set};
 use super::refit::{Refit, take_away};
+use super::search::with;
 use crate::fit::law_problem::Columns;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -21,29 +22,37 @@ const SAME: f64 = 1e-6;
 /// every fit put first was among these, mostly the first, wherever anything was explained.
 pub(super) const PROMISING: usize = 6;
 
-/// Sets one effect larger than their parent, which is `model` but for when that effect is
-/// there: the places of all, the one that would leave least by `score` first.
+/// Sets larger than their parent, which is `model` but for when an effect is there: the places
+/// of all, the one that would leave least by `score` first.
 pub(super) fn order<P: Borrow<Fitted> + Sync>(
     bench: &Bench<'_>,
     model: &Fitted,
     sets: &[(Set, P)],
-    score: &(impl Fn(&Fitted) -> f64 + Sync),
+    score: &impl Fn(&Fitted) -> f64,
 ) -> Vec<usize> {
-    let prospects = Prospects::new(bench, model);
-    let hoped = |(set, parent): &(Set, P)| {
-        let parent = parent.borrow();
-        let left = prospects.left_by(set, parent);
-        left.map_or(f64::INFINITY, |mean_square| {
-            score(&Fitted {
-                mean_square,
-                ..parent.clone()
-            })
-        })
-    };
-    let hopes: Vec<f64> = sets.par_iter().map(hoped).collect();
+    let hoped = |hope: &Option<Fitted>| hope.as_ref().map_or(f64::INFINITY, score);
+    let hopes: Vec<f64> = hopes(bench, model, sets).iter().map(hoped).collect();
     let mut order: Vec<usize> = (0..sets.len()).collect();
     order.sort_by(|&one, &other| hopes[one].total_cmp(&hopes[other]));
     order
+}
+
+/// The parent of each set with what the set would leave at the best; `None` where it makes no
+/// change.
+pub(super) fn hopes<P: Borrow<Fitted> + Sync>(
+    bench: &Bench<'_>,
+    model: &Fitted,
+    sets: &[(Set, P)],
+) -> Vec<Option<Fitted>> {
+    let prospects = Prospects::new(bench, model);
+    let hope = |(set, parent): &(Set, P)| {
+        let parent = parent.borrow();
+        Some(Fitted {
+            mean_square: prospects.left_by(set, parent)?,
+            ..parent.clone()
+        })
+    };
+    sets.par_iter().map(hope).collect()
 }
 
 /// A model, and what it misses beyond its own parameters.
@@ -59,18 +68,19 @@ impl<'a> Prospects<'a> {
         Self { refit, missed }
     }
 
-    /// What a set would leave at the best, by output: mean squares, SI. `None` where it
-    /// makes no change.
+    /// What a set would leave at the best, by output: mean squares, SI; its new effects each
+    /// where their fits begin. `None` where it makes no change.
     fn left_by(&self, set: &[usize], parent: &Fitted) -> Option<Vec<f64>> {
         let bench = self.refit.bench;
-        let new = set.iter().find(|index| !parent.set.contains(index))?;
-        let change = |start: usize| {
-            let begun = bench.begun(set, parent, start);
+        let change = |new: usize, start: usize| {
+            let begun = bench.begun(&with(&parent.set, new), parent, start);
             self.refit
                 .left_of(&bench.predicted_on(&begun, bench.tracks))
         };
-        let changes: Vec<Vec<Columns>> = (0..bench.candidates[*new].starts.len())
-            .map(change)
+        let new = set.iter().filter(|index| !parent.set.contains(index));
+        let changes: Vec<Vec<Columns>> = new
+            .flat_map(|&new| (0..bench.candidates[new].starts.len()).map(move |at| (new, at)))
+            .map(|(new, start)| change(new, start))
             .collect();
         let alike = DMatrix::from_fn(changes.len(), changes.len(), |row, column| {
             self.refit.product(&changes[row], &changes[column])

@@ -47,6 +47,11 @@ pub const MATERIAL_SHARE: f64 = 0.15 * 0.15;
 pub const PLAIN_RATIO: f64 = 0.85;
 /// ... and beside other effects on long recordings, to this.
 const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
+/// An effect that takes what is left down to this part of its energy is material, however much
+/// larger another one is: a wrong one nibbles at what a form leaves.
+const NEXT_TO_NOTHING: f64 = 0.1;
+/// ... and it is worth a fit where straight lines promise this part.
+const WORTH_A_FIT: f64 = 0.3;
 /// Forces are told apart down to this part of the energy of their floor, which was set.
 const UNDER_THE_FLOOR: f64 = 0.05;
 
@@ -393,21 +398,26 @@ fn settle(
     (model, evidence)
 }
 
-/// Effects that were taken out may have stood in the place of the right one: what is left grows
-/// by what would be accepted beside it, as long as that makes it better.
+/// Effects that were taken out may have stood in the place of the right one, and a small one
+/// may hide beside a large one: what is left grows by what would be accepted beside it, as long
+/// as that makes it better.
 fn grow_again(
     judge: &mut Judge<'_>,
     mut model: Fitted,
     mut evidence: Vec<Evidence>,
 ) -> (Fitted, Vec<Evidence>) {
     for _ in 0..LARGEST_SET {
-        if judge.is_explained(&model) {
+        if judge.is_noise(&model) {
             break;
         }
-        let mut children = judge.children_of(&model);
+        let mut children = if judge.is_explained(&model) {
+            judge.promises_the_rest(&model)
+        } else {
+            judge.children_of(&model)
+        };
         children.retain(|child| {
-            let added = child.set.iter().find(|index| !model.set.contains(index));
-            added.is_some_and(|&added| judge.evidence(child, &model, added).accepted)
+            let mut added = child.set.iter().filter(|index| !model.set.contains(index));
+            added.all(|&added| judge.evidence(child, &model, added).accepted)
         });
         children.sort_by(|a, b| judge.score(a).total_cmp(&judge.score(b)));
         let Some(child) = children.into_iter().next() else {
@@ -773,6 +783,52 @@ impl<'a> Judge<'a> {
         promising.par_iter().filter_map(fit).collect()
     }
 
+    /// Sets of one effect more, be it at both its places, that promise to take nearly all of what
+    /// a model leaves: fitted. Where little is left, straight lines tell whether it is one.
+    fn promises_the_rest(&mut self, model: &Fitted) -> Vec<Fitted> {
+        if !self.tells_by_prospects(model) {
+            return Vec::new();
+        }
+        let bench = self.bench;
+        let jobs: Vec<(Set, &Fitted)> = self
+            .with_one_effect_more(model)
+            .into_iter()
+            .map(|set| (set, model))
+            .collect();
+        let rest = |fitted: &Fitted| fitted.energy_above(&bench.noise);
+        let hopes = prospect::hopes(bench, model, &jobs);
+        let mut promised: Vec<(f64, &Set)> = hopes
+            .iter()
+            .zip(&jobs)
+            .filter_map(|(hope, (set, _))| Some((rest(hope.as_ref()?), set)))
+            .filter(|(left, _)| *left <= WORTH_A_FIT * rest(model))
+            .collect();
+        promised.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        promised.truncate(PROMISED);
+        self.fits += promised.len();
+        let fit = |(_, set): &(f64, &Set)| bench.finished(&bench.ranked(set, model)?);
+        let fitted: Vec<Fitted> = promised.par_iter().filter_map(fit).collect();
+        for one in &fitted {
+            self.remember(one);
+        }
+        fitted
+    }
+
+    /// A model's set with each further candidate, and with each pair of them that is one effect
+    /// at two places.
+    fn with_one_effect_more(&self, model: &Fitted) -> Vec<Set> {
+        let absent = (0..self.bench.candidates.len()).filter(|one| !model.set.contains(one));
+        let one_more = absent.clone().map(|one| with(&model.set, one));
+        let twins = absent.clone().flat_map(|one| {
+            let others = absent.clone().filter(move |&other| other > one);
+            let pairs = others.filter(move |&other| self.holds_twins(&vec![one, other]));
+            pairs.map(move |other| with(&with(&model.set, one), other))
+        });
+        let mut sets: Vec<Set> = one_more.chain(twins).collect();
+        sets.retain(|set| self.compatible(set));
+        sets
+    }
+
     /// Keeps a model in the place of a worse one of the same set.
     fn remember(&mut self, model: &Fitted) {
         let is_worse = |known: &Fitted| self.score(known) > self.score(model);
@@ -1033,7 +1089,9 @@ impl<'a> Judge<'a> {
         let gain = log_gain(&mine[helped], &theirs[helped]);
         // A wrong effect nibbles at what the form of another leaves, but hardly down to the
         // noise: what does is material however much larger another effect is.
-        let to_the_noise = self.bench.is_long() && self.is_noise(with) && !self.is_noise(without);
+        let to_the_noise = self.bench.is_long()
+            && !self.is_noise(without)
+            && (self.is_noise(with) || self.takes_the_rest(with, without));
         // What is not named cannot be named wrongly: it need only help.
         let others = if is_told { with.set.len() - 1 } else { 0 };
         // Creep is too near to sticking to be met to its noise by any form: what shows in it
@@ -1072,6 +1130,12 @@ impl<'a> Judge<'a> {
             is_refuted: false,
             is_of_strayed: false,
         }
+    }
+
+    /// Whether next to nothing is left of what was.
+    fn takes_the_rest(&self, with: &Fitted, without: &Fitted) -> bool {
+        let left = |fitted: &Fitted| fitted.energy_above(&self.bench.noise);
+        left(with) <= NEXT_TO_NOTHING * left(without)
     }
 
     /// Probability that chance lowers the squares of so few events as far as the numbers do
