@@ -1,0 +1,342 @@
+//! Which sets are fitted, from where, and what is kept of them.
+
+use super::judge::{Judge, PLAIN_RATIO};
+use crate::diagnose::fitted::{Fitted, Set};
+use crate::diagnose::prospect::{self, PROMISING};
+use crate::laws::Law;
+use rayon::prelude::*;
+
+/// Sets kept at each size ...
+const BEAM_WIDTH: usize = 3;
+/// ... and on recordings of more rows than this, where a fit takes seconds.
+const BEAM_WIDTH_LONG: usize = 1;
+/// Of the ranked sets on long recordings so many are fitted to the end; all, where
+/// that takes a second.
+const FINALISTS: usize = 4;
+/// Of the effects that promise most beside a refit that misses little, so many are fitted.
+const PROMISED: usize = 3;
+/// For each effect of a model so many others are tried in its place.
+const EXCHANGED: usize = 3;
+/// A small rest beside large effects is worth a fit where straight lines promise that this part
+/// of its energy would be left.
+const WORTH_A_FIT: f64 = 0.3;
+
+impl Judge<'_> {
+    /// The best models, one per set; none with an effect that is another one there.
+    pub(super) fn best(&self, mut models: Vec<Fitted>) -> Vec<Fitted> {
+        let is_itself = |model: &Fitted, index: usize| !self.is_another(model, index);
+        models.retain(|model| model.set.iter().all(|&index| is_itself(model, index)));
+        models.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
+        models.dedup_by(|a, b| a.set == b.set);
+        models.truncate(if self.bench.is_long() {
+            BEAM_WIDTH_LONG
+        } else {
+            BEAM_WIDTH
+        });
+        models
+    }
+
+    /// Every candidate alone. Where fits are long they start from the rig as
+    /// given: a refit has bent the ordinary parameters around what is missing.
+    pub(super) fn singles(&mut self) -> Vec<Fitted> {
+        let parent = if self.bench.is_long() {
+            self.bench.as_given(self.baseline)
+        } else {
+            self.baseline.clone()
+        };
+        let mut singles = self.fit_children(&[parent]);
+        if self.bench.is_long() && self.bench.law != Law::Balance && self.is_nearly_explained() {
+            singles.extend(self.promised_beside_refit());
+        }
+        singles
+    }
+
+    /// The baseline refitted from where the best effects have led the ordinary numbers, if that
+    /// leaves plainly less: else an effect is named that did no more than lead out of a hollow.
+    pub(super) fn lower_baseline(&mut self, singles: &[Fitted]) -> Option<Fitted> {
+        let mut best: Vec<&Fitted> = singles.iter().collect();
+        best.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
+        best.truncate(FINALISTS);
+        self.fits += best.len();
+        let without = |single: &&Fitted| {
+            let near = self.bench.restricted(single, &[]);
+            self.bench.fit(&[], Some(&near))
+        };
+        let refitted: Vec<Fitted> = best.par_iter().filter_map(without).collect();
+        let lowest = refitted
+            .into_iter()
+            .min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?;
+        let is_lower = self.score(&lowest) - self.score(self.baseline) < PLAIN_RATIO.ln();
+        is_lower.then_some(lowest)
+    }
+
+    /// The effects that promise most beside a refit that misses little, fitted from there: from
+    /// the rig as given a few iterations do not come so near the noise that they show.
+    fn promised_beside_refit(&mut self) -> Vec<Fitted> {
+        let baseline = self.baseline;
+        let alone = |candidate| (vec![candidate], baseline);
+        let all = (0..self.bench.candidates.len()).map(alone);
+        let jobs: Vec<(Set, &Fitted)> = all.filter(|(set, _)| self.compatible(set)).collect();
+        let score = |fitted: &Fitted| self.score(fitted);
+        let order = prospect::order(self.bench, baseline, &jobs, &score);
+        let sets = order.into_iter().take(PROMISED).map(|place| &jobs[place].0);
+        let is_new = |set: &&Set| !self.fitted.iter().any(|fitted| fitted.set == **set);
+        let sets: Vec<&Set> = sets.filter(is_new).collect();
+        let fit = |set: &&Set| self.bench.fit(set, Some(baseline));
+        let promised: Vec<Fitted> = sets.par_iter().filter_map(fit).collect();
+        self.fits += promised.len();
+        self.fitted.extend(promised.iter().cloned());
+        promised
+    }
+
+    /// Every parent with every candidate that it does not have. On long
+    /// recordings they are ranked first, and the best ones fitted to the end.
+    pub(super) fn fit_children(&mut self, parents: &[Fitted]) -> Vec<Fitted> {
+        let mut jobs: Vec<(Set, &Fitted)> = Vec::new();
+        for parent in parents {
+            for candidate in 0..self.bench.candidates.len() {
+                let set = with(&parent.set, candidate);
+                let known = jobs.iter().any(|(other, _)| *other == set);
+                if !parent.set.contains(&candidate) && !known && self.compatible(&set) {
+                    jobs.push((set, parent));
+                }
+            }
+        }
+        let bench = self.bench;
+        if let [parent] = parents
+            && self.tells_by_prospects(parent)
+        {
+            jobs = self.promising(jobs, parent);
+        }
+        let children: Vec<Fitted> = if self.bench.is_long() {
+            let rank = |(set, parent): &(Set, &Fitted)| bench.ranked(set, parent);
+            let mut ranked: Vec<Fitted> = jobs.par_iter().filter_map(rank).collect();
+            ranked.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
+            let finalists = if bench.law == Law::Balance {
+                ranked.len()
+            } else {
+                FINALISTS
+            };
+            let mut rest = ranked.split_off(finalists.min(ranked.len()));
+            let twins = rest.extract_if(.., |one| self.holds_twins(&one.set));
+            ranked.extend(twins);
+            let finish = |one: &Fitted| self.finished(one);
+            let finished = ranked.par_iter().filter_map(finish).collect();
+            self.ranked.extend(rest);
+            finished
+        } else {
+            let fit = |(set, parent): &(Set, &Fitted)| bench.fit(set, Some(parent));
+            jobs.par_iter().filter_map(fit).collect()
+        };
+        self.fits += jobs.len();
+        self.fitted.extend(children.iter().cloned());
+        children
+    }
+
+    /// The best model that has another effect in the place of one, if that leaves less.
+    pub(super) fn exchanged(&mut self, model: &Fitted) -> Option<Fitted> {
+        if !self.bench.is_long() {
+            return None;
+        }
+        let exchanges: Vec<Fitted> = model
+            .set
+            .iter()
+            .flat_map(|&given_up| self.exchanges(model, given_up))
+            .collect();
+        for one in &exchanges {
+            self.remember(one);
+        }
+        let best = self.best(exchanges).into_iter().next()?;
+        self.leads(&best, model).then_some(best)
+    }
+
+    /// The models that promise most with another effect in the place of one, fitted.
+    fn exchanges(&mut self, model: &Fitted, given_up: usize) -> Vec<Fitted> {
+        let bench = self.bench;
+        let kept = model.set.iter().filter(|one| **one != given_up);
+        let near = bench.restricted(model, &kept.copied().collect::<Set>());
+        let jobs: Vec<(Set, &Fitted)> = (0..bench.candidates.len())
+            .filter(|one| !model.set.contains(one))
+            .map(|one| (with(&near.set, one), &near))
+            .filter(|(set, _)| self.compatible(set))
+            .collect();
+        let score = |fitted: &Fitted| self.score(fitted);
+        let order = prospect::order(bench, &near, &jobs, &score);
+        let promising: Vec<usize> = order.into_iter().take(EXCHANGED).collect();
+        let fit = |&place: &usize| bench.finished(&bench.ranked(&jobs[place].0, &near)?);
+        self.fits += promising.len();
+        promising.par_iter().filter_map(fit).collect()
+    }
+
+    /// Sets of one effect more, be it at both its places, that promise to take nearly all of what
+    /// a model leaves: fitted. Where little is left, straight lines tell whether it is one.
+    pub(super) fn promises_the_rest(&mut self, model: &Fitted) -> Vec<Fitted> {
+        if !self.tells_by_prospects(model) {
+            return Vec::new();
+        }
+        let bench = self.bench;
+        let jobs: Vec<(Set, &Fitted)> = self
+            .with_one_effect_more(model)
+            .into_iter()
+            .map(|set| (set, model))
+            .collect();
+        let rest = |fitted: &Fitted| fitted.energy_above(&bench.noise);
+        let hopes = prospect::hopes(bench, model, &jobs);
+        let mut promised: Vec<(f64, &Set)> = hopes
+            .iter()
+            .zip(&jobs)
+            .filter_map(|(hope, (set, _))| Some((rest(hope.as_ref()?), set)))
+            .filter(|(left, _)| *left <= WORTH_A_FIT * rest(model))
+            .collect();
+        promised.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        promised.truncate(PROMISED);
+        self.fits += promised.len();
+        let fit = |(_, set): &(f64, &Set)| bench.finished(&bench.ranked(set, model)?);
+        let fitted: Vec<Fitted> = promised.par_iter().filter_map(fit).collect();
+        for one in &fitted {
+            self.remember(one);
+        }
+        fitted
+    }
+
+    /// A model's set with each further candidate, and with each pair of them that is one effect
+    /// at two places.
+    fn with_one_effect_more(&self, model: &Fitted) -> Vec<Set> {
+        let absent = (0..self.bench.candidates.len()).filter(|one| !model.set.contains(one));
+        let one_more = absent.clone().map(|one| with(&model.set, one));
+        let twins = absent.clone().flat_map(|one| {
+            let others = absent.clone().filter(move |&other| other > one);
+            let pairs = others.filter(move |&other| self.holds_twins(&vec![one, other]));
+            pairs.map(move |other| with(&with(&model.set, one), other))
+        });
+        let mut sets: Vec<Set> = one_more.chain(twins).collect();
+        sets.retain(|set| self.compatible(set));
+        sets
+    }
+
+    /// Keeps a model in the place of a worse one of the same set.
+    pub(super) fn remember(&mut self, model: &Fitted) {
+        let is_worse = |known: &Fitted| self.score(known) > self.score(model);
+        let known = self.fitted.iter().find(|known| known.set == model.set);
+        if !known.is_none_or(is_worse) {
+            return;
+        }
+        self.fitted.retain(|known| known.set != model.set);
+        self.judged.retain(|((set, _), _)| *set != model.set);
+        self.fitted.push(model.clone());
+    }
+
+    /// Whether sets on top of this one are told by what they promise first. A rig as given is
+    /// no minimum to draw straight lines from, and fits of forces are short.
+    fn tells_by_prospects(&self, parent: &Fitted) -> bool {
+        self.bench.is_long() && self.bench.law != Law::Balance && !parent.set.is_empty()
+    }
+
+    /// The sets that promise most, and those that hold one effect at two places.
+    fn promising<'p>(
+        &self,
+        jobs: Vec<(Set, &'p Fitted)>,
+        parent: &Fitted,
+    ) -> Vec<(Set, &'p Fitted)> {
+        let score = |fitted: &Fitted| self.score(fitted);
+        let order = prospect::order(self.bench, parent, &jobs, &score);
+        let best = order.iter().take(PROMISING).copied();
+        let is_twin = |place: &usize| self.holds_twins(&jobs[*place].0);
+        let twins = order.iter().skip(PROMISING).copied().filter(is_twin);
+        best.chain(twins).map(|place| jobs[place].clone()).collect()
+    }
+
+    /// Whether a set holds one effect at two places: what is wrong with one chamber often
+    /// is with the other, and neither explains much alone.
+    fn holds_twins(&self, set: &Set) -> bool {
+        let what = |index: &usize| {
+            let candidate = &self.bench.candidates[*index];
+            (candidate.effect, candidate.form)
+        };
+        (1..set.len()).any(|place| {
+            set[..place]
+                .iter()
+                .any(|one| what(one) == what(&set[place]))
+        })
+    }
+
+    /// The same of one parent, not done twice where its children were fitted.
+    pub(super) fn children_of(&mut self, parent: &Fitted) -> Vec<Fitted> {
+        let is_child = |fitted: &&Fitted| {
+            let set = &fitted.set;
+            set.len() == parent.set.len() + 1 && parent.set.iter().all(|one| set.contains(one))
+        };
+        let known: Vec<Fitted> = self.fitted.iter().filter(is_child).cloned().collect();
+        if known.len() >= FINALISTS {
+            return known;
+        }
+        self.fit_children(std::slice::from_ref(parent))
+    }
+
+    /// A ranked set fitted to its end. Models are nested: one that ends above the
+    /// baseline has lost its way, and begins again from there. So does every model of the
+    /// balance, which is cheap: its few break-aways leave several minima of the static level.
+    fn finished(&self, ranked: &Fitted) -> Option<Fitted> {
+        let finished = self.bench.finished(ranked)?;
+        let is_better = self.score(&finished) < self.score(self.baseline) + PLAIN_RATIO.ln();
+        let walked = is_better.then(|| self.bench.walked(finished.clone()));
+        let is_lost = self.score(&finished) > self.score(self.baseline);
+        let from_refit = (is_lost || self.bench.law == Law::Balance)
+            .then(|| self.bench.fit(&ranked.set, Some(self.baseline)))
+            .flatten();
+        let ends = [walked, Some(finished), from_refit].into_iter().flatten();
+        ends.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
+    }
+
+    /// Two forms of one effect at one place are rivals, not partners, and what ordinary
+    /// parameters take up is none.
+    fn compatible(&self, set: &Set) -> bool {
+        let candidates = &self.bench.candidates;
+        let is_taken_up = |&index: &usize| !candidates[index].taken_up_by.is_empty();
+        !set.iter().any(is_taken_up)
+            && set.iter().enumerate().all(|(index, &a)| {
+                set[index + 1..].iter().all(|&b| {
+                    candidates[a].effect != candidates[b].effect
+                        || candidates[a].places != candidates[b].places
+                })
+            })
+    }
+
+    /// The model without one of its effects.
+    pub(super) fn without(&mut self, model: &Fitted, candidate: usize) -> Option<Fitted> {
+        let set: Set = model
+            .set
+            .iter()
+            .copied()
+            .filter(|&c| c != candidate)
+            .collect();
+        self.fit_near(&set, model)
+    }
+
+    /// The model with one more; where fits are long, only if it has been among
+    /// the best of its size.
+    pub(super) fn with(&mut self, model: &Fitted, candidate: usize) -> Option<Fitted> {
+        let set = with(&model.set, candidate);
+        if self.bench.is_long() && !self.fitted.iter().any(|fitted| fitted.set == set) {
+            return None;
+        }
+        self.fit_near(&set, model)
+    }
+
+    fn fit_near(&mut self, set: &Set, near: &Fitted) -> Option<Fitted> {
+        if let Some(known) = self.fitted.iter().find(|fitted| fitted.set == *set) {
+            return Some(known.clone());
+        }
+        let fitted = self.bench.fit(set, Some(near))?;
+        self.fits += 1;
+        self.fitted.push(fitted.clone());
+        Some(fitted)
+    }
+}
+
+pub(in crate::diagnose) fn with(set: &Set, candidate: usize) -> Set {
+    let mut larger = set.clone();
+    larger.push(candidate);
+    larger.sort_unstable();
+    larger
+}
