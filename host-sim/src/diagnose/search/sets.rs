@@ -94,10 +94,8 @@ impl Judge<'_> {
     pub(super) fn fit_children(&mut self, parents: &[Fitted]) -> Vec<Fitted> {
         let mut jobs: Vec<(Set, &Fitted)> = Vec::new();
         for parent in parents {
-            for candidate in 0..self.bench.candidates.len() {
-                let set = with(&parent.set, candidate);
-                let known = jobs.iter().any(|(other, _)| *other == set);
-                if !parent.set.contains(&candidate) && !known && self.compatible(&set) {
+            for set in self.with_one_effect_more(parent) {
+                if !jobs.iter().any(|(other, _)| *other == set) {
                     jobs.push((set, parent));
                 }
             }
@@ -117,9 +115,7 @@ impl Judge<'_> {
             } else {
                 FINALISTS
             };
-            let mut rest = ranked.split_off(finalists.min(ranked.len()));
-            let twins = rest.extract_if(.., |one| self.holds_twins(&one.set));
-            ranked.extend(twins);
+            let rest = ranked.split_off(finalists.min(ranked.len()));
             let finish = |one: &Fitted| self.finished(one);
             let finished = ranked.par_iter().filter_map(finish).collect();
             self.ranked.extend(rest);
@@ -199,17 +195,20 @@ impl Judge<'_> {
         fitted
     }
 
-    /// A model's set with each further candidate, and with each pair of them that is one effect
-    /// at two places.
+    /// A model's set with each further candidate. Where only the best set of a size is grown,
+    /// also with each effect at both its places at once: what is wrong with one chamber often is
+    /// with the other, and neither explains much alone.
     fn with_one_effect_more(&self, model: &Fitted) -> Vec<Set> {
-        let absent = (0..self.bench.candidates.len()).filter(|one| !model.set.contains(one));
-        let one_more = absent.clone().map(|one| with(&model.set, one));
-        let twins = absent.clone().flat_map(|one| {
-            let others = absent.clone().filter(move |&other| other > one);
-            let pairs = others.filter(move |&other| self.holds_twins(&vec![one, other]));
-            pairs.map(move |other| with(&with(&model.set, one), other))
-        });
-        let mut sets: Vec<Set> = one_more.chain(twins).collect();
+        let all = 0..self.bench.candidates.len();
+        let absent: Vec<usize> = all.filter(|one| !model.set.contains(one)).collect();
+        let mut sets: Vec<Set> = absent.iter().map(|&one| with(&model.set, one)).collect();
+        if self.bench.is_long() {
+            let pairs = absent
+                .iter()
+                .flat_map(|one| absent.iter().map(move |other| (one, other)));
+            let twins = pairs.filter(|(one, other)| one < other && self.are_twins(**one, **other));
+            sets.extend(twins.map(|(one, other)| with(&with(&model.set, *one), *other)));
+        }
         sets.retain(|set| self.compatible(set));
         sets
     }
@@ -232,7 +231,7 @@ impl Judge<'_> {
         self.bench.is_long() && self.bench.law != Law::Balance && !parent.set.is_empty()
     }
 
-    /// The sets that promise most, and those that hold one effect at two places.
+    /// The sets that promise most.
     fn promising<'p>(
         &self,
         jobs: Vec<(Set, &'p Fitted)>,
@@ -240,24 +239,17 @@ impl Judge<'_> {
     ) -> Vec<(Set, &'p Fitted)> {
         let score = |fitted: &Fitted| self.score(fitted);
         let order = prospect::order(self.bench, parent, &jobs, &score);
-        let best = order.iter().take(PROMISING).copied();
-        let is_twin = |place: &usize| self.holds_twins(&jobs[*place].0);
-        let twins = order.iter().skip(PROMISING).copied().filter(is_twin);
-        best.chain(twins).map(|place| jobs[place].clone()).collect()
+        let best = order.into_iter().take(PROMISING);
+        best.map(|place| jobs[place].clone()).collect()
     }
 
-    /// Whether a set holds one effect at two places: what is wrong with one chamber often
-    /// is with the other, and neither explains much alone.
-    fn holds_twins(&self, set: &Set) -> bool {
-        let what = |index: &usize| {
-            let candidate = &self.bench.candidates[*index];
+    /// Whether two candidates are one effect at two places.
+    fn are_twins(&self, one: usize, other: usize) -> bool {
+        let what = |index: usize| {
+            let candidate = &self.bench.candidates[index];
             (candidate.effect, candidate.form)
         };
-        (1..set.len()).any(|place| {
-            set[..place]
-                .iter()
-                .any(|one| what(one) == what(&set[place]))
-        })
+        what(one) == what(other)
     }
 
     /// The same of one parent, not done twice where its children were fitted.
