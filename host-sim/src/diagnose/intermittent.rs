@@ -33,12 +33,23 @@ const ALWAYS: f64 = 0.9;
 /// The best models of one effect in a part of the time, best first. Twice: when
 /// something is there does not depend on what it is, so every effect begins the
 /// second time from the spans of the best; unless that explains next to nothing.
+///
+/// The effects that were fitted as if they were always there (`lasting`) begin where they help:
+/// what changes its sign along the way is missed no more in its spans than noise at any moment.
 pub fn search(
     bench: &Bench<'_>,
     baseline: &Fitted,
+    lasting: &[&Fitted],
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<Fitted> {
-    let first = round(bench, &Start::likely(bench, baseline), score, f64::INFINITY);
+    let starts = Start::likely(bench, baseline);
+    let mut begun: Vec<(Set, Fitted)> = promising_of(bench, &starts, score);
+    begun.par_extend(
+        lasting
+            .par_iter()
+            .filter_map(|one| where_it_helps(bench, one)),
+    );
+    let first = round(bench, &begun, score, f64::INFINITY);
     let Some((best, presence)) = first
         .first()
         .and_then(|best| Some((best, best.presence.clone()?)))
@@ -54,7 +65,7 @@ pub fn search(
     };
     // In its own spans a rival comes near the best at once.
     let far = score(best) + bench.noise.len() as f64 * FAR_FROM_BEST.ln();
-    let mut all = round(bench, &[again], score, far);
+    let mut all = round(bench, &promising_of(bench, &[again], score), score, far);
     all.extend(first);
     all.sort_by(|a, b| score(a).total_cmp(&score(b)));
     retain_first_of_each_set(&mut all);
@@ -106,20 +117,16 @@ impl Start {
     }
 }
 
-/// Every effect begun from every start; of the best, those whose score is below `far` followed
-/// to the end.
+/// Sets with the models and the spans that they begin from; of the best, those whose score is
+/// below `far` followed to the end.
 fn round(
     bench: &Bench<'_>,
-    starts: &[Start],
+    begun: &[(Set, Fitted)],
     score: &(impl Fn(&Fitted) -> f64 + Sync),
     far: f64,
 ) -> Vec<Fitted> {
-    let jobs: Vec<(Set, Fitted)> = starts
-        .iter()
-        .flat_map(|start| promising(bench, start, score))
-        .collect();
     let begin = |(set, parent): &(Set, Fitted)| bench.ranked(set, parent);
-    let mut ranked: Vec<Fitted> = jobs.par_iter().filter_map(begin).collect();
+    let mut ranked: Vec<Fitted> = begun.par_iter().filter_map(begin).collect();
     ranked.sort_by(|a, b| score(a).total_cmp(&score(b)));
     retain_first_of_each_set(&mut ranked);
     ranked.truncate(FINALISTS);
@@ -130,6 +137,29 @@ fn round(
         .collect();
     followed.sort_by(|a, b| score(a).total_cmp(&score(b)));
     followed
+}
+
+/// An effect that was fitted as always there, where it predicts better than nothing.
+fn where_it_helps(bench: &Bench<'_>, lasting: &Fitted) -> Option<(Set, Fitted)> {
+    let &[candidate] = lasting.set.as_slice() else {
+        return None;
+    };
+    let begun = |presence| Fitted {
+        presence: Some(presence),
+        ..lasting.clone()
+    };
+    let spans = may_begin(bench, candidate).then(|| seen(bench, lasting))??;
+    Some((lasting.set.clone(), begun(spans)))
+}
+
+/// What is promising of every start.
+fn promising_of(
+    bench: &Bench<'_>,
+    starts: &[Start],
+    score: &(impl Fn(&Fitted) -> f64 + Sync),
+) -> Vec<(Set, Fitted)> {
+    let of_start = |start| promising(bench, start, score);
+    starts.iter().flat_map(of_start).collect()
 }
 
 /// Every effect that may begin, with the model that it begins from; of the chambers', whose fits
@@ -279,7 +309,7 @@ fn twins(bench: &Bench<'_>, model: &Fitted) -> Vec<Fitted> {
 
 /// When the model with its effect predicts better than without it.
 fn seen(bench: &Bench<'_>, model: &Fitted) -> Option<Presence> {
-    let effect = model.presence.as_ref()?.effect;
+    let effect = bench.candidates[*model.set.first()?].effect;
     let squares = |presence: Option<Presence>| {
         let other = Fitted {
             presence,
