@@ -69,6 +69,11 @@ impl Candidate {
         format!("{}{form} at {}", self.effect, self.places.join(" and "))
     }
 
+    /// Whether it is the same effect, in the same form, at another place.
+    pub(super) fn is_twin_of(&self, other: &Self) -> bool {
+        (self.effect, self.form) == (other.effect, other.form) && self.places != other.places
+    }
+
     /// Whether it is in what the sensors say and not in the axis.
     pub(super) fn is_of_sensors(&self) -> bool {
         self.places.iter().all(|place| place.starts_with("sensor."))
@@ -176,6 +181,15 @@ impl Candidate {
             .collect();
         self
     }
+}
+
+/// The pairs of candidates that are one effect at two places: what is wrong with one chamber
+/// often is with the other, and neither explains much alone.
+pub(super) fn twins(candidates: &[Candidate]) -> Vec<[usize; 2]> {
+    let later = |one: usize| (one + 1..candidates.len()).map(move |other| [one, other]);
+    let pairs = (0..candidates.len()).flat_map(later);
+    let are_twins = |[one, other]: &[usize; 2]| candidates[*one].is_twin_of(&candidates[*other]);
+    pairs.filter(are_twins).collect()
 }
 
 /// The parameters that an engineer typed with an uncertainty and that act on

@@ -6,6 +6,7 @@
 //! without it misses most, then, with the effect fitted to that, the span in which
 //! the model with it predicts better than the one without, until that stays.
 
+use super::candidates::{Candidate, twins};
 use super::fitted::{Bench, Fitted, Set};
 use super::prospect::{self, PROMISING};
 use super::search::mean;
@@ -141,15 +142,14 @@ fn round(
 
 /// An effect that was fitted as always there, where it predicts better than nothing.
 fn where_it_helps(bench: &Bench<'_>, lasting: &Fitted) -> Option<(Set, Fitted)> {
-    let &[candidate] = lasting.set.as_slice() else {
+    if !may_begin(bench, &lasting.set) {
         return None;
-    };
-    let begun = |presence| Fitted {
-        presence: Some(presence),
+    }
+    let begun = Fitted {
+        presence: Some(seen(bench, lasting)?),
         ..lasting.clone()
     };
-    let spans = may_begin(bench, candidate).then(|| seen(bench, lasting))??;
-    Some((lasting.set.clone(), begun(spans)))
+    Some((lasting.set.clone(), begun))
 }
 
 /// What is promising of every start.
@@ -169,21 +169,23 @@ fn promising(
     start: &Start,
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<(Set, Fitted)> {
-    let begun = |candidate: usize| {
+    let begun = |set: Set| {
         let presence = Some(Presence {
-            effect: bench.candidates[candidate].effect,
+            effect: bench.candidates[*set.first()?].effect,
             spans_s: start.spans_s.clone(),
         });
         let parent = Fitted {
             presence,
             ..start.model.clone()
         };
-        (vec![candidate], parent)
+        Some((set, parent))
     };
-    let candidates = 0..bench.candidates.len();
-    let all: Vec<(Set, Fitted)> = candidates
-        .filter(|&candidate| may_begin(bench, candidate))
-        .map(begun)
+    let alone = (0..bench.candidates.len()).map(|candidate| vec![candidate]);
+    let pairs = twins(&bench.candidates).into_iter().map(Set::from);
+    let all: Vec<(Set, Fitted)> = alone
+        .chain(pairs)
+        .filter(|set| may_begin(bench, set))
+        .filter_map(begun)
         .collect();
     if bench.law == Law::Balance {
         return all;
@@ -203,11 +205,18 @@ fn retain_first_of_each_set(models: &mut Vec<Fitted>) {
     });
 }
 
+/// Whether a set is one effect that may come and go.
+fn may_begin(bench: &Bench<'_>, set: &[usize]) -> bool {
+    let all = || set.iter().map(|&index| &bench.candidates[index]);
+    all().next().is_some_and(|first| {
+        all().all(|one| one.effect == first.effect && is_switchable(bench, one))
+    })
+}
+
 /// Whether the law can be run with and without the effect by turns: it adds
 /// nothing but parameters of its own, and the rig does not have it already. A volume does not
 /// come and go.
-fn may_begin(bench: &Bench<'_>, candidate: usize) -> bool {
-    let candidate = &bench.candidates[candidate];
+fn is_switchable(bench: &Bench<'_>, candidate: &Candidate) -> bool {
     let (Some(track), prefix) = (
         bench.tracks.first(),
         format!("effects.{}.", candidate.effect),
@@ -236,9 +245,9 @@ fn may_begin(bench: &Bench<'_>, candidate: usize) -> bool {
 /// `None` where it turns out to be there always or never.
 fn follow(bench: &Bench<'_>, begun: Fitted, score: &impl Fn(&Fitted) -> f64) -> Option<Fitted> {
     let mut best = settled(bench, bench.finished(&begun)?, score)?;
-    for twins in twins(bench, &best) {
-        if score(&twins) < score(&best) {
-            best = settled(bench, twins, score)?;
+    for both in with_twin(bench, &best) {
+        if score(&both) < score(&best) {
+            best = settled(bench, both, score)?;
         }
     }
     let best = sharpened(bench, best, score)?;
@@ -289,22 +298,15 @@ fn sharpened(bench: &Bench<'_>, model: Fitted, score: &impl Fn(&Fitted) -> f64) 
 }
 
 /// The model with the same effect, in the same form, at another place as well.
-fn twins(bench: &Bench<'_>, model: &Fitted) -> Vec<Fitted> {
+fn with_twin(bench: &Bench<'_>, model: &Fitted) -> Vec<Fitted> {
     let [one] = model.set.as_slice() else {
         return Vec::new();
     };
-    let here = &bench.candidates[*one];
-    let is_twin = |index: &usize| {
-        let there = &bench.candidates[*index];
-        there.effect == here.effect && there.form == here.form && there.places != here.places
-    };
-    let all = (0..bench.candidates.len()).filter(is_twin);
-    let pair = |other: usize| {
-        let mut set = vec![*one, other];
-        set.sort_unstable();
-        bench.fit(&set, Some(model))
-    };
-    all.filter_map(pair).collect()
+    let pairs = twins(&bench.candidates).into_iter();
+    let pairs = pairs.filter(|pair| pair.contains(one));
+    pairs
+        .filter_map(|pair| bench.fit(&pair, Some(model)))
+        .collect()
 }
 
 /// When the model with its effect predicts better than without it.

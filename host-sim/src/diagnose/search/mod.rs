@@ -340,9 +340,7 @@ fn share_among(rivals: &[(usize, usize)], evidence: &mut [Evidence]) {
 /// explains plainly more than what was found so far; with those that do as well.
 fn intermittent(judge: &mut Judge<'_>, improved: &Fitted) -> Option<Intermittent> {
     let score = |fitted: &Fitted| judge.score(fitted);
-    let lasting: Vec<&Fitted> = (judge.fitted.iter())
-        .filter(|fitted| fitted.set.len() == 1)
-        .collect();
+    let lasting: Vec<&Fitted> = judge.fitted.iter().collect();
     let followed = super::intermittent::search(judge.bench, judge.baseline, &lasting, &score);
     let model = simplest(judge, &followed)?.clone();
     let candidate = *model.set.first()?;

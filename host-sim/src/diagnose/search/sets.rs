@@ -1,6 +1,7 @@
 //! Which sets are fitted, from where, and what is kept of them.
 
 use super::judge::{Judge, PLAIN_RATIO};
+use crate::diagnose::candidates::twins;
 use crate::diagnose::fitted::{Fitted, Set};
 use crate::diagnose::prospect::{self, PROMISING};
 use crate::laws::Law;
@@ -195,19 +196,17 @@ impl Judge<'_> {
         fitted
     }
 
-    /// A model's set with each further candidate. Where only the best set of a size is grown,
-    /// also with each effect at both its places at once: what is wrong with one chamber often is
-    /// with the other, and neither explains much alone.
+    /// A model's set with each further candidate; where only the best set of a size is grown, also
+    /// with each effect at both its places at once.
     fn with_one_effect_more(&self, model: &Fitted) -> Vec<Set> {
-        let all = 0..self.bench.candidates.len();
-        let absent: Vec<usize> = all.filter(|one| !model.set.contains(one)).collect();
-        let mut sets: Vec<Set> = absent.iter().map(|&one| with(&model.set, one)).collect();
+        let candidates = &self.bench.candidates;
+        let is_absent = |one: &usize| !model.set.contains(one);
+        let absent = (0..candidates.len()).filter(is_absent);
+        let mut sets: Vec<Set> = absent.map(|one| with(&model.set, one)).collect();
         if self.bench.is_long() {
-            let pairs = absent
-                .iter()
-                .flat_map(|one| absent.iter().map(move |other| (one, other)));
-            let twins = pairs.filter(|(one, other)| one < other && self.are_twins(**one, **other));
-            sets.extend(twins.map(|(one, other)| with(&with(&model.set, *one), *other)));
+            let twins = twins(candidates).into_iter();
+            let absent = twins.filter(|pair| pair.iter().all(is_absent));
+            sets.extend(absent.map(|[one, other]| with(&with(&model.set, one), other)));
         }
         sets.retain(|set| self.compatible(set));
         sets
@@ -241,15 +240,6 @@ impl Judge<'_> {
         let order = prospect::order(self.bench, parent, &jobs, &score);
         let best = order.into_iter().take(PROMISING);
         best.map(|place| jobs[place].clone()).collect()
-    }
-
-    /// Whether two candidates are one effect at two places.
-    fn are_twins(&self, one: usize, other: usize) -> bool {
-        let what = |index: usize| {
-            let candidate = &self.bench.candidates[index];
-            (candidate.effect, candidate.form)
-        };
-        what(one) == what(other)
     }
 
     /// The same of one parent, not done twice where its children were fitted.
