@@ -11,7 +11,7 @@ use super::fitted::{Bench, Fitted, Set};
 use super::prospect::{self, PROMISING};
 use super::search::mean;
 use crate::fit::presence::{Presence, refined_each};
-use crate::laws::{Law, View};
+use crate::laws::Law;
 use rayon::prelude::*;
 
 /// Effects that are followed to the end.
@@ -28,6 +28,13 @@ const FAR_FROM_BEST: f64 = 4.0;
 /// What a start misses is much the less likely if the logarithm of its mean square, per row, is
 /// this much above that of another start: a factor e.
 const FAR_LESS_LIKELY: f64 = 1.0;
+/// What an axis is built with does not come and go.
+const BUILT_IN: [&str; 4] = [
+    "dead-volume",
+    "end-cushion",
+    "gas-temperature-dynamics",
+    "tube-line",
+];
 /// An effect that is there in more of the rows than this is there always.
 const ALWAYS: f64 = 0.9;
 
@@ -214,30 +221,14 @@ fn may_begin(bench: &Bench<'_>, set: &[usize]) -> bool {
 }
 
 /// Whether the law can be run with and without the effect by turns: it adds
-/// nothing but parameters of its own, and the rig does not have it already. A volume does not
-/// come and go.
+/// nothing but parameters of its own, and the rig does not have it already.
 fn is_switchable(bench: &Bench<'_>, candidate: &Candidate) -> bool {
-    let (Some(track), prefix) = (
-        bench.tracks.first(),
-        format!("effects.{}.", candidate.effect),
-    ) else {
-        return false;
-    };
+    let prefix = format!("effects.{}.", candidate.effect);
     let switches = candidate.switches.iter().map(|(key, _)| key);
     let mut keys = switches.chain(candidate.free.iter().map(|free| &free.key));
-    let with = bench
-        .rig
-        .with_values(&candidate.switches.iter().cloned().collect());
-    let states = |rig| {
-        let states = bench
-            .law
-            .initial_states(rig, track.recording, 0, View::Centred);
-        states.len()
-    };
     keys.all(|key| key.starts_with(&prefix))
-        && candidate.effect != "dead-volume"
+        && !BUILT_IN.contains(&candidate.effect)
         && !bench.rig.effects.contains_key(candidate.effect)
-        && states(bench.rig) == states(&with)
 }
 
 /// Fits the effect, finds when it is there, and does so again where the same effect at another

@@ -116,30 +116,84 @@ pub struct LawProblem<'a> {
     pub presence: Option<&'a Presence>,
 }
 
-/// The model of a recording; and the one without an effect that is not always
-/// there, with the rows in which it is.
+/// The model of a recording; and the one without an effect that is not always there.
 struct Models<'v, R> {
     with: Values<'v, R>,
-    without: Option<(Values<'v, R>, Vec<Range<usize>>)>,
+    without: Option<Without<'v, R>>,
+}
+
+/// The model without an effect.
+struct Without<'v, R> {
+    values: Values<'v, R>,
+    /// The rows in which the effect is there.
+    there: Vec<Range<usize>>,
+    /// Where its states stand among those of the model with the effect.
+    places: Vec<usize>,
+}
+
+/// Rows in which one model holds.
+struct Piece<'m, 'v, R> {
+    rows: Range<usize>,
+    values: &'m Values<'v, R>,
+    /// Where its states stand among those of the model with the effect, if it is without.
+    places: Option<&'m [usize]>,
 }
 
 impl<'v, R> Models<'v, R> {
     /// A stretch of rows cut where the effect comes or goes.
-    fn pieces(&self, rows: &Range<usize>) -> Vec<(Range<usize>, &Values<'v, R>)> {
-        let Some((without, there)) = &self.without else {
-            return vec![(rows.clone(), &self.with)];
+    fn pieces(&self, rows: &Range<usize>) -> Vec<Piece<'_, 'v, R>> {
+        let with = |rows| Piece {
+            rows,
+            values: &self.with,
+            places: None,
+        };
+        let Some(other) = &self.without else {
+            return vec![with(rows.clone())];
+        };
+        let without = |rows| Piece {
+            rows,
+            values: &other.values,
+            places: Some(&other.places),
         };
         let (mut pieces, mut done) = (Vec::new(), rows.start);
-        for there in there {
+        for there in &other.there {
             let from = there.start.clamp(done, rows.end);
             let to = there.end.clamp(from, rows.end);
-            pieces.push((done..from, without));
-            pieces.push((from..to, &self.with));
+            pieces.push(without(done..from));
+            pieces.push(with(from..to));
             done = to;
         }
-        pieces.push((done..rows.end, without));
-        pieces.retain(|(piece, _)| !piece.is_empty());
+        pieces.push(without(done..rows.end));
+        pieces.retain(|piece| !piece.rows.is_empty());
         pieces
+    }
+}
+
+impl<R: Real> Piece<'_, '_, R> {
+    /// Of the states of the model with the effect, those of this one.
+    fn own(&self, states: Vec<R>) -> Vec<R> {
+        match self.places {
+            Some(places) => (places.iter())
+                .filter_map(|&place| states.get(place).copied())
+                .collect(),
+            None => states,
+        }
+    }
+
+    /// Its states among those of the model with the effect, of which there are so many: what it
+    /// has not is no number.
+    fn among_all(&self, states: &[R], count: usize, all: &mut Vec<R>) {
+        all.clear();
+        let Some(places) = self.places else {
+            all.extend_from_slice(states);
+            return;
+        };
+        all.resize(count, R::from_f64(f64::NAN));
+        for (&place, &state) in places.iter().zip(states) {
+            if let Some(slot) = all.get_mut(place) {
+                *slot = state;
+            }
+        }
     }
 }
 
@@ -301,14 +355,26 @@ impl LawProblem<'_> {
             keys: &kept,
             replaced: &values,
         };
-        let there = presence.rows(recording, &self.tracks[recording].recording.time_s);
+        let recording_at = self.tracks[recording].recording;
+        let there = presence.rows(recording, &recording_at.time_s);
+        let names = |rig| {
+            let states = self.law.initial_states(rig, recording_at, 0, View::Centred);
+            states.into_iter().map(|state| state.name)
+        };
+        let all: Vec<&str> = names(self.rig).collect();
+        let place = |name: &str| all.iter().position(|one| *one == name);
         work(&Models {
             with,
-            without: Some((without, there)),
+            without: Some(Without {
+                values: without,
+                there,
+                places: names(&rig).filter_map(place).collect(),
+            }),
         })
     }
 
-    /// Predicts a stretch of rows, piece after piece, each by the model that holds.
+    /// Predicts a stretch of rows, piece after piece, each by the model that holds. The states
+    /// are those of the model with the effect: what only that one has begins with the effect.
     fn run_stretch<R: Real>(
         &self,
         models: &Models<'_, R>,
@@ -317,32 +383,55 @@ impl LawProblem<'_> {
         start: &[R],
         sink: &mut impl FnMut(usize, &[R], &[R]),
     ) {
+        let count = start.len();
         let mut state = start.to_vec();
-        for (piece, values) in models.pieces(&rows) {
+        let mut all = Vec::with_capacity(start.len());
+        for piece in models.pieces(&rows) {
             if !self.law.has_states() {
                 let mut show = |row: usize, outputs: &[R], states: &[R]| {
-                    if piece.contains(&row) {
+                    if piece.rows.contains(&row) {
                         sink(row, outputs, states);
                     }
                 };
                 self.law
-                    .predict(values, track, rows.clone(), start, &mut show);
+                    .predict(piece.values, track, rows.clone(), start, &mut show);
                 continue;
             }
             // One row more, from which the next piece goes on.
-            let end = (piece.end + 1).min(rows.end);
-            let start = std::mem::take(&mut state);
+            let end = (piece.rows.end + 1).min(rows.end);
+            let begun = self.begun(track, piece.rows.start, std::mem::take(&mut state));
             let mut show = |row: usize, outputs: &[R], states: &[R]| {
-                if row > piece.start || row == rows.start {
-                    sink(row, outputs, states);
+                piece.among_all(states, count, &mut all);
+                if row > piece.rows.start || row == rows.start {
+                    sink(row, outputs, &all);
                 }
                 if row + 1 == end {
-                    state.extend_from_slice(states);
+                    state.extend_from_slice(&all);
                 }
             };
-            self.law
-                .predict(values, track, piece.start..end, &start, &mut show);
+            let start = piece.own(begun);
+            self.law.predict(
+                piece.values,
+                track,
+                piece.rows.start..end,
+                &start,
+                &mut show,
+            );
         }
+    }
+
+    /// States in which those that the model before did not have are as a recording begins.
+    fn begun<R: Real>(&self, track: &Track<'_>, row: usize, mut states: Vec<R>) -> Vec<R> {
+        if states.iter().any(|state| state.value().is_nan()) {
+            let law = self.law;
+            let initial = law.initial_states(self.rig, track.recording, row, View::Centred);
+            for (state, initial) in states.iter_mut().zip(&initial) {
+                if state.value().is_nan() {
+                    *state = R::from_f64(initial.guess);
+                }
+            }
+        }
+        states
     }
 
     /// Predicted outputs and states of every recording.
@@ -385,8 +474,8 @@ impl LawProblem<'_> {
         runs.into_iter().enumerate().map(in_windows).collect()
     }
 
-    /// The states in which a window begins: what was measured of them by the
-    /// recording, the others from the free run's `states`. What a sensor is off by is taken
+    /// The states in which a window begins, those of an effect that is not there as no numbers:
+    /// what was measured of them by the recording, the others from the free run's `states`. What a sensor is off by is taken
     /// as the model has it there.
     pub fn window_start(
         &self,
@@ -398,15 +487,22 @@ impl LawProblem<'_> {
         let rig = self.rig_at(recording, row, keys, values);
         let recording = self.tracks[recording].recording;
         let initial = self.law.initial_states(&rig, recording, row, view);
-        let now = |index: usize| states.get(index).map(|column| column[row]);
-        let start = |(index, state): (usize, &InitialState)| match state.measured_by {
-            Some(_) => {
-                let ahead = now(index).zip(state.read_by.and_then(now));
-                state.guess + ahead.map_or(0.0, |(it, reading)| it - reading)
+        let all = self.law.initial_states(self.rig, recording, row, view);
+        let at = |index: usize| states.get(index).map(|column| column[row]);
+        let now = |index: usize| at(index).filter(|state| !state.is_nan());
+        let start = |(index, state): (usize, &InitialState)| {
+            let Some(here) = initial.iter().find(|here| here.name == state.name) else {
+                return f64::NAN;
+            };
+            match here.measured_by {
+                Some(_) => {
+                    let ahead = now(index).zip(state.read_by.and_then(now));
+                    here.guess + ahead.map_or(0.0, |(it, reading)| it - reading)
+                }
+                None => now(index).unwrap_or(here.guess),
             }
-            None => now(index).unwrap_or(state.guess),
         };
-        initial.iter().enumerate().map(start).collect()
+        all.iter().enumerate().map(start).collect()
     }
 
     /// The rig that holds at a row.
