@@ -316,7 +316,15 @@ fn seen(bench: &Bench<'_>, model: &Fitted) -> Option<Presence> {
         effect,
         bench.tracks,
         |recording, row| without[recording][row] - with[recording][row],
+        |recording| worth_two_ends(with[recording].len()),
     ))
+}
+
+/// What a span must bring, squares in units of the noise: it has two numbers more, each worth the
+/// logarithm of the rows (Schwarz's criterion). At the least: rows of what a wrong model leaves
+/// are not independent, but how far is not known before the effect is.
+pub(super) fn worth_two_ends(rows: usize) -> f64 {
+    2.0 * (rows.max(1) as f64).ln()
 }
 
 #[cfg(test)]

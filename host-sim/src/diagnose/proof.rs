@@ -7,6 +7,7 @@
 
 use super::candidates::Candidate;
 use super::fitted::{Bench, Columns, Fitted};
+use super::intermittent;
 use super::noise;
 use super::search::PLAIN_RATIO;
 use super::{LawDiagnosis, Model};
@@ -158,7 +159,8 @@ impl Frozen {
         let nowhere = Presence::nowhere(effect, tracks.len());
         let (with, without) = (squares(None)?, squares(Some(&nowhere))?);
         let gain = |_: usize, row: usize| without[row] - with[row];
-        let seen = Presence::of_gains(effect, tracks, gain);
+        let least = intermittent::worth_two_ends(with.len());
+        let seen = Presence::of_gains(effect, tracks, gain, |_| least);
         let at = |spans_s: &[(f64, f64)]| Presence {
             effect,
             spans_s: vec![spans_s.to_vec()],

@@ -38,19 +38,27 @@ impl Presence {
         tracks: &[Track<'_>],
         gain: impl Fn(usize, usize) -> f64,
     ) -> Self {
-        let best = |rows: usize, gain: &dyn Fn(usize) -> f64| vec![largest_sum(rows, gain).0];
+        let best = |recording: usize, gain: &dyn Fn(usize) -> f64| {
+            vec![largest_sum(tracks[recording].len(), gain).0]
+        };
         Self::of_rows(effect, tracks, gain, best)
     }
 
-    /// The same over as many spans as are worth one.
+    /// The same over as many spans as are worth one; one that brings less than `least` (a number
+    /// per recording) is none.
     pub fn of_gains(
         effect: &'static str,
         tracks: &[Track<'_>],
         gain: impl Fn(usize, usize) -> f64,
+        least: impl Fn(usize) -> f64,
     ) -> Self {
-        let best = |rows: usize, gain: &dyn Fn(usize) -> f64| {
+        let best = |recording: usize, gain: &dyn Fn(usize) -> f64| {
+            let rows = tracks[recording].len();
             let (single, sum) = largest_sum(rows, gain);
-            let several = largest_sums(rows, gain, WORTH_A_SPAN * sum);
+            if sum <= least(recording) {
+                return Vec::new();
+            }
+            let several = largest_sums(rows, gain, least(recording).max(WORTH_A_SPAN * sum));
             if several.len() > 1 {
                 several
             } else {
@@ -69,7 +77,7 @@ impl Presence {
         let spans = |(recording, track): (usize, &Track<'_>)| {
             let time_s = &track.recording.time_s;
             let at = |row: usize| time_s.get(row).copied().unwrap_or(f64::INFINITY);
-            let mut rows = best(track.len(), &|row| gain(recording, row));
+            let mut rows = best(recording, &|row| gain(recording, row));
             rows.retain(|rows| !rows.is_empty());
             let span = |rows: Range<usize>| (at(rows.start), at(rows.end));
             rows.into_iter().map(span).collect()
@@ -304,7 +312,7 @@ mod tests {
         );
         let tracks = [Track::new(&recording)];
         let spans = |gain: fn(usize) -> f64| {
-            let found = Presence::of_gains("e", &tracks, |_, row| gain(row));
+            let found = Presence::of_gains("e", &tracks, |_, row| gain(row), |_| 0.0);
             let rows = found.rows(0, &recording.time_s);
             (found.spans_s[0].clone(), rows)
         };
@@ -323,5 +331,20 @@ mod tests {
             _ => -1.0,
         });
         assert_eq!(spans_s, [(20.0, f64::INFINITY)]);
+    }
+
+    /// Single rows of noise in recordings without the effect, and a recording in which it shows
+    /// little.
+    #[test]
+    fn prop_an_effect_is_where_it_brings_more_than_its_ends_are_worth() {
+        let time_s: Vec<f64> = (0..100).map(f64::from).collect();
+        let recording = |name| Recording::from_signals(name, time_s.clone(), [].into());
+        let recordings = ["without", "a little", "plain"].map(recording);
+        let tracks = recordings.each_ref().map(Track::new);
+        let noise = |row: usize| if row.is_multiple_of(7) { 1.0 } else { -0.5 };
+        let gain = |at: usize, row: usize| noise(row) + [0.0, 1.0, 5e3][at];
+        let found = Presence::of_gains("e", &tracks, gain, |_| 10.0);
+        let all = vec![(0.0, f64::INFINITY)];
+        assert_eq!(found.spans_s, [vec![], all.clone(), all]);
     }
 }
