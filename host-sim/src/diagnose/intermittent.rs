@@ -37,6 +37,9 @@ const BUILT_IN: [&str; 4] = [
 ];
 /// An effect that is there in more of the rows than this is there always.
 const ALWAYS: f64 = 0.9;
+/// What is there in fewer rows than this is an event and no effect: 10 ms of a force that were one
+/// break-away stood in the place of a dry friction.
+const AN_EVENT: f64 = 0.005;
 
 /// The best models of one effect in a part of the time, best first. Twice: when
 /// something is there does not depend on what it is, so every effect begins the
@@ -243,7 +246,7 @@ fn follow(bench: &Bench<'_>, begun: Fitted, score: &impl Fn(&Fitted) -> f64) -> 
     }
     let best = sharpened(bench, best, score)?;
     let share = best.presence.as_ref()?.share(bench.tracks);
-    (share > 0.0 && share < ALWAYS).then_some(best)
+    (AN_EVENT..ALWAYS).contains(&share).then_some(best)
 }
 
 /// Finds anew when the effect is there, and fits it to that, and so on while that gets better.
