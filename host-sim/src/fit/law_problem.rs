@@ -181,19 +181,19 @@ impl<R: Real> Piece<'_, '_, R> {
     }
 
     /// Its states among those of the model with the effect, of which there are so many: what it
-    /// has not is no number.
-    fn among_all(&self, states: &[R], count: usize, all: &mut Vec<R>) {
-        all.clear();
+    /// has not is no number. Only a model without the effect needs the room for them.
+    fn among_all<'s>(&self, states: &'s [R], count: usize, room: &'s mut Vec<R>) -> &'s [R] {
         let Some(places) = self.places else {
-            all.extend_from_slice(states);
-            return;
+            return states;
         };
-        all.resize(count, R::from_f64(f64::NAN));
+        room.clear();
+        room.resize(count, R::from_f64(f64::NAN));
         for (&place, &state) in places.iter().zip(states) {
-            if let Some(slot) = all.get_mut(place) {
+            if let Some(slot) = room.get_mut(place) {
                 *slot = state;
             }
         }
+        room
     }
 }
 
@@ -355,10 +355,10 @@ impl LawProblem<'_> {
             keys: &kept,
             replaced: &values,
         };
-        let recording_at = self.tracks[recording].recording;
-        let there = presence.rows(recording, &recording_at.time_s);
+        let recorded = self.tracks[recording].recording;
+        let there = presence.rows(recording, &recorded.time_s);
         let names = |rig| {
-            let states = self.law.initial_states(rig, recording_at, 0, View::Centred);
+            let states = self.law.initial_states(rig, recorded, 0, View::Centred);
             states.into_iter().map(|state| state.name)
         };
         let all: Vec<&str> = names(self.rig).collect();
@@ -385,7 +385,7 @@ impl LawProblem<'_> {
     ) {
         let count = start.len();
         let mut state = start.to_vec();
-        let mut all = Vec::with_capacity(start.len());
+        let mut room = Vec::new();
         for piece in models.pieces(&rows) {
             if !self.law.has_states() {
                 let mut show = |row: usize, outputs: &[R], states: &[R]| {
@@ -401,12 +401,12 @@ impl LawProblem<'_> {
             let end = (piece.rows.end + 1).min(rows.end);
             let begun = self.begun(track, piece.rows.start, std::mem::take(&mut state));
             let mut show = |row: usize, outputs: &[R], states: &[R]| {
-                piece.among_all(states, count, &mut all);
+                let all = piece.among_all(states, count, &mut room);
                 if row > piece.rows.start || row == rows.start {
-                    sink(row, outputs, &all);
+                    sink(row, outputs, all);
                 }
                 if row + 1 == end {
-                    state.extend_from_slice(&all);
+                    state.extend_from_slice(all);
                 }
             };
             let start = piece.own(begun);
@@ -475,8 +475,8 @@ impl LawProblem<'_> {
     }
 
     /// The states in which a window begins, those of an effect that is not there as no numbers:
-    /// what was measured of them by the recording, the others from the free run's `states`. What a sensor is off by is taken
-    /// as the model has it there.
+    /// what was measured of them by the recording, the others from the free run's `states`. What
+    /// a sensor is off by is taken as the model has it there.
     pub fn window_start(
         &self,
         (recording, row): (usize, usize),
