@@ -40,6 +40,9 @@ struct SideRates<R> {
     motion: R,
 }
 
+/// Leaks that take the force away faster than this are made up for at rest, N/s.
+const LARGE_LEAK_N_PER_S: f64 = 20.0;
+
 impl<R: Real> ForceRates<R> {
     /// At this state of the gas and this motion of the piston.
     pub fn at(
@@ -114,25 +117,19 @@ impl<R: Real> ForceRates<R> {
         valve.command_for_opening_v(opening_v)
     }
 
-    /// The command at rest, for a force that is `short_n` below the wanted one: the
-    /// null while little is missing, then through the dead zone in proportion, and
-    /// from `soft_n` on a flow that closes the gap at `rate_per_s`. What the valve itself
-    /// leaks at its null is let be. Other leaks are made up for; while little is missing, only
-    /// where they would take the force out of the band faster than it is brought back.
-    pub fn rest_command_v(&self, axis: &Axis<R>, short_n: R, soft_n: R, rate_per_s: R) -> R {
-        let size = short_n.abs();
+    /// The command at rest: the null while the force may stay as it is, a flow that
+    /// changes it at the wanted rate where it may not. What the valve itself leaks at its
+    /// null is let be; other leaks are made up for, at the null only where they are large:
+    /// smaller ones take seconds to move the load by a micrometre.
+    pub fn rest_command_v(&self, axis: &Axis<R>, wanted_n_per_s: Option<R>) -> R {
         let let_be = self.null_n_per_s(axis) - self.leaks_n_per_s;
-        if size > soft_n {
-            let rate = rate_per_s * (size - soft_n) * short_n.signum();
-            return self.command_v(axis, let_be + rate);
+        match wanted_n_per_s {
+            Some(rate) => self.command_v(axis, let_be + rate),
+            None if self.leaks_n_per_s.abs() > R::from_f64(LARGE_LEAK_N_PER_S) => {
+                self.command_v(axis, let_be)
+            }
+            None => axis.valve.null_v,
         }
-        if self.leaks_n_per_s.abs() > rate_per_s * soft_n {
-            return self.command_v(axis, let_be);
-        }
-        let two = R::from_f64(2.0);
-        let share = (two * size / soft_n - R::ONE).max(R::ZERO);
-        axis.valve
-            .command_for_opening_v(axis.valve.supply.edge_v() * share * short_n.signum())
     }
 }
 
@@ -219,21 +216,21 @@ mod tests {
         let tight = paper::axis::<f64>();
         let of_the_valve = ForceRates::at(&tight, &state, 7e5, 0.1, 0.0).null_n_per_s(&tight);
         assert!(rates.leaks_n_per_s < -100.0);
-        for short_n in [-1.0, 0.0, 1.0] {
-            let command_v = rates.rest_command_v(&axis, short_n, 2.0, 10.0);
+        for wanted_n_per_s in [None, Some(-100.0), Some(0.0), Some(100.0)] {
+            let command_v = rates.rest_command_v(&axis, wanted_n_per_s);
             let drift = rate_of_the_axis(&axis, &state, command_v, 0.1, 0.0);
-            assert!((drift - of_the_valve).abs() < 2.0, "{drift}");
+            let expected = of_the_valve + wanted_n_per_s.unwrap_or(0.0);
+            assert!((drift - expected).abs() < 2.0, "{drift}");
         }
     }
 
     #[test]
-    fn prop_what_little_lacks_at_rest_leaves_the_valve_alone() {
+    fn prop_a_force_that_may_stay_leaves_the_valve_at_its_null() {
         let axis = paper::axis::<f64>();
         let state = PneumaticState::at_rest(gas(5e5), gas(5e5));
         let rates = ForceRates::at(&axis, &state, 7e5, 0.0, 0.0);
-        let opening_v = |short_n| rates.rest_command_v(&axis, short_n, 2.0, 10.0) - 5.0;
-        assert!(opening_v(0.9).abs() < 1e-12);
-        assert!((opening_v(1.5) - 0.15).abs() < 1e-9 && (opening_v(-1.5) + 0.15).abs() < 1e-9);
-        assert!(opening_v(2.5) > 0.3);
+        assert!((rates.rest_command_v(&axis, None) - 5.0).abs() < 1e-12);
+        assert!(rates.rest_command_v(&axis, Some(50.0)) > 5.3);
+        assert!(rates.rest_command_v(&axis, Some(-50.0)) < 4.7);
     }
 }

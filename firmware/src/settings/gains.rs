@@ -45,12 +45,8 @@ pub struct Gains {
     pub lost_error_m: f32,
     /// Error that rest does not correct, m.
     pub indifferent_m: f32,
-    /// Of the correction of larger errors at rest, 1/s.
-    pub rest_integral_per_s: f32,
-    /// Of the force at rest, 1/s.
+    /// Of the force where rest corrects, 1/s.
     pub rest_force_per_s: f32,
-    /// Lack of force that crosses the whole dead zone at rest, N.
-    pub rest_soft_n: f32,
     /// Of a move to a set-point: velocity, m/s.
     pub move_velocity_m_per_s: f32,
     /// Of a move to a set-point: acceleration, m/s2.
@@ -60,9 +56,9 @@ pub struct Gains {
 }
 
 /// Gains and limits, judged one by one.
-const COUNT: usize = 21;
+const COUNT: usize = 19;
 /// The bandwidths among them, which come first.
-const BANDWIDTHS: usize = 10;
+const BANDWIDTHS: usize = 9;
 
 impl Default for Gains {
     /// The controller's standard gains.
@@ -84,7 +80,6 @@ impl Gains {
             field("controller.position_per_s", self.position_per_s, 1.0, 500.0),
             field("controller.force_per_s", self.force_per_s, 1.0, 2e3),
             field("controller.approach_per_s", self.approach_per_s, 0.0, 1e3),
-            field("controller.rest_integral_per_s", self.rest_integral_per_s, 0.0, 100.0),
             field("controller.rest_force_per_s", self.rest_force_per_s, 0.0, 500.0),
             field("controller.damping", self.damping, 0.1, 5.0),
             field("controller.lead_s", self.lead_s, 0.0, 0.05),
@@ -93,7 +88,6 @@ impl Gains {
             field("controller.rest_error_m", self.rest_error_m, 1e-7, 0.01),
             field("controller.lost_error_m", self.lost_error_m, 1e-7, 0.01),
             field("controller.indifferent_m", self.indifferent_m, 0.0, 0.01),
-            field("controller.rest_soft_n", self.rest_soft_n, 1e-3, 1e3),
             field("controller.move_velocity_m_per_s", self.move_velocity_m_per_s, 5e-3, 10.0),
             field("controller.move_acceleration_m_per_s2", self.move_acceleration_m_per_s2, 1e-2, 200.0),
             field("controller.move_jerk_m_per_s3", self.move_jerk_m_per_s3, 0.1, 1e5),
@@ -131,9 +125,7 @@ impl From<controller::Gains<f32>> for Gains {
             rest_error_m: gains.rest_error_m,
             lost_error_m: gains.lost_error_m,
             indifferent_m: gains.indifferent_m,
-            rest_integral_per_s: gains.rest_integral_per_s,
             rest_force_per_s: gains.rest_force_per_s,
-            rest_soft_n: gains.rest_soft_n,
             move_velocity_m_per_s: gains.motion.velocity_m_per_s,
             move_acceleration_m_per_s2: gains.motion.acceleration_m_per_s2,
             move_jerk_m_per_s3: gains.motion.jerk_m_per_s3,
@@ -161,9 +153,7 @@ impl From<Gains> for controller::Gains<f32> {
             rest_error_m: gains.rest_error_m,
             lost_error_m: gains.lost_error_m,
             indifferent_m: gains.indifferent_m,
-            rest_integral_per_s: gains.rest_integral_per_s,
             rest_force_per_s: gains.rest_force_per_s,
-            rest_soft_n: gains.rest_soft_n,
             motion: MotionLimits {
                 velocity_m_per_s: gains.move_velocity_m_per_s,
                 acceleration_m_per_s2: gains.move_acceleration_m_per_s2,

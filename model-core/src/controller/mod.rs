@@ -94,12 +94,8 @@ pub struct Gains<R> {
     pub lost_error_m: R,
     /// Error that rest does not correct, m.
     pub indifferent_m: R,
-    /// Of the correction of larger errors at rest, 1/s.
-    pub rest_integral_per_s: R,
-    /// Of the force at rest, 1/s.
+    /// Of the force where rest corrects, 1/s.
     pub rest_force_per_s: R,
-    /// Lack of force that crosses the whole dead zone at rest, N.
-    pub rest_soft_n: R,
     /// How a reference that jumps is joined.
     pub motion: MotionLimits<R>,
 }
@@ -128,11 +124,9 @@ impl<R: Real> Gains<R> {
             breakaway_margin: c(0.5),
             slip_m_per_s: c(4e-3),
             rest_error_m: c(15e-6),
-            lost_error_m: c(12e-6),
-            indifferent_m: c(5e-6),
-            rest_integral_per_s: c(0.5),
-            rest_force_per_s: c(10.0),
-            rest_soft_n: c(2.0),
+            lost_error_m: c(13.5e-6),
+            indifferent_m: c(11e-6),
+            rest_force_per_s: c(100.0),
             // What the valve passes with 5 kg to spare.
             motion: MotionLimits {
                 velocity_m_per_s: c(0.8),
@@ -473,12 +467,8 @@ impl<R: Real> Controller<R> {
     }
 
     fn rest_command_v(&self, state: &ControllerState<R>) -> R {
-        self.rates(state, R::ZERO).rest_command_v(
-            &self.axis,
-            state.rest.lacking_n(),
-            self.gains.rest_soft_n,
-            self.gains.rest_force_per_s,
-        )
+        self.rates(state, R::ZERO)
+            .rest_command_v(&self.axis, state.rest.wanted_n_per_s())
     }
 
     fn rates(&self, state: &ControllerState<R>, velocity_m_per_s: R) -> ForceRates<R> {
