@@ -54,7 +54,7 @@ cargo xtask <task>
   control                 score the controller and a PID, write docs/control.md
   evidence                diagnose the real recordings, write their part of docs/evidence.md
   trial [CASES]           judge the diagnosis on concealed cases, write its part of docs/evidence.md
-  faults [SEEDS [MINUTES]]
+  faults [SEEDS [MINUTES [QEMU_SEEDS]]]
                           every fault at every moment, write docs/faults.md
   image [spi-dac] [2khz | 4khz | 8khz]
                           the STM32F405's image as files for flashing tools, in out/firmware;

@@ -5,14 +5,17 @@
 //! |---|---|
 //! | `case` | what is done to samples, supply or board |
 //! | `run` | one fault at one moment of a motion, and what came of it |
+//! | `both` | two controllers that must answer alike: the host's and the firmware in QEMU |
 //! | `normal` | hard motion with everything that is no fault |
 //! | `table` | reaction times, in words |
 
+mod both;
 mod case;
 mod normal;
 mod run;
 mod table;
 
+pub use both::Both;
 pub use case::{CASES, Case, Disturbance};
 pub use normal::{NORMAL_RUN_S, NormalRun, normal_run};
 pub use run::{Moment, Outcome, Supervised, run_case};
