@@ -461,8 +461,9 @@ impl<R: Real> Controller<R> {
     /// The friction level to feed forward, the same at any speed of the bristle.
     /// Stiction counts only while both reference and load are slow, at twice the
     /// speed: a load that still slides when the force of stiction is fed forward
-    /// runs away. One that the reference has left behind needs it to come along, and
-    /// there its own speed counts alone.
+    /// runs away. One that the reference has left behind needs it to come along: there
+    /// its own speed counts alone, and what is more than the friction of sliding is no more
+    /// than throws it to the reference's speed until the force loop has taken it back.
     fn fed_forward_levels(
         &self,
         state: &ControllerState<R>,
@@ -476,13 +477,17 @@ impl<R: Real> Controller<R> {
         if ahead.is_still {
             levels.static_n += self.gains.breakaway_margin * levels.coulomb_n;
         }
-        let counted_m_per_s = if is_left_behind {
-            R::from_f64(LEFT_BEHIND_SHARE) * speed_m_per_s
-        } else {
-            let faster = ahead.velocity_m_per_s.abs().max(speed_m_per_s);
-            faster + faster
-        };
-        let sliding_n = levels.sliding_n(&self.axis.carriage.bristle, counted_m_per_s);
+        let bristle = &self.axis.carriage.bristle;
+        let faster = ahead.velocity_m_per_s.abs().max(speed_m_per_s);
+        let mut sliding_n = levels.sliding_n(bristle, faster + faster);
+        if is_left_behind {
+            let counted_m_per_s = R::from_f64(LEFT_BEHIND_SHARE) * speed_m_per_s;
+            let more_n = levels.sliding_n(bristle, counted_m_per_s) - sliding_n;
+            let until_taken_back_s = self.gains.lead_s + R::ONE / self.gains.force_per_s;
+            let most_n =
+                self.axis.carriage.mass_kg * ahead.velocity_m_per_s.abs() / until_taken_back_s;
+            sliding_n += more_n.clamp(R::ZERO, most_n);
+        }
         FrictionLevels {
             coulomb_n: sliding_n,
             static_n: sliding_n,
