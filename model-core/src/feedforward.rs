@@ -119,8 +119,8 @@ impl<R: Real> ForceRates<R> {
 
     /// The command at rest: the null while the force may stay as it is, a flow that
     /// changes it at the wanted rate where it may not. What the valve itself leaks at its
-    /// null is let be; other leaks are made up for, at the null only where they are large:
-    /// smaller ones take seconds to move the load by a micrometre.
+    /// null is let be; other leaks are made up for, where nothing else is wanted only if they
+    /// are large: what smaller ones do is corrected now and then.
     pub fn rest_command_v(&self, axis: &Axis<R>, wanted_n_per_s: Option<R>) -> R {
         let let_be = self.null_n_per_s(axis) - self.leaks_n_per_s;
         match wanted_n_per_s {
