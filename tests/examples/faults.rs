@@ -1,7 +1,7 @@
 //! The fault campaign on the paper's rig, written as a page of the book:
 //! `cargo run --release -p tests --example faults FILE [SEEDS [MINUTES [QEMU_SEEDS]]]`.
-//! For the last seeds asked for, the firmware in QEMU answers beside the host, and must
-//! give the same bytes.
+//! For the first QEMU_SEEDS of them the firmware in QEMU answers beside the host, and must
+//! give the same bytes; with 0, QEMU is not needed.
 
 use firmware::settings::record;
 use host_sim::closed_loop::{
@@ -13,15 +13,11 @@ use host_sim::fault_campaign::{
 };
 use host_sim::rig::Rig;
 use host_sim::settings::settings;
+use rayon::prelude::*;
 use std::error::Error;
 use std::fmt::Write as _;
-use std::net::{SocketAddr, TcpStream};
-use std::num::NonZero;
-use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread::available_parallelism;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use xtask::qemu::{Machine, with_settings};
 use xtask::{image, qemu, shell};
 
@@ -49,11 +45,8 @@ fn main() -> Result<(), Failure> {
     eprintln!("{seeds} seeds, {runs} runs of {NORMAL_RUN_S} s without a fault");
     let outcomes = campaign(&rig, seeds, on_host)?;
     let normal = normal(&rig, runs)?;
-    eprintln!("{in_qemu} seeds with the firmware in QEMU beside the host");
-    let image = firmware_image().map_err(|failure| failure.to_string())?;
-    let beside = |rig: &Rig, case: &Case, moment, seed| beside(&image, rig, case, moment, seed);
-    let twice = campaign(&rig, in_qemu, beside)?;
-    std::fs::write(&file, page(&outcomes, &normal, seeds, twice.len())?)?;
+    let twice = in_qemu_too(&rig, in_qemu)?;
+    std::fs::write(&file, page(&outcomes, &normal, seeds, twice)?)?;
     println!("written: {file}");
     Ok(())
 }
@@ -61,6 +54,17 @@ fn main() -> Result<(), Failure> {
 fn firmware_image() -> Result<PathBuf, shell::Failure> {
     qemu::need_qemu()?;
     image::build(image::MPS2)
+}
+
+/// How many runs were made in QEMU too.
+fn in_qemu_too(rig: &Rig, seeds: u64) -> Result<usize, Failure> {
+    if seeds == 0 {
+        return Ok(0);
+    }
+    eprintln!("{seeds} seeds with the firmware in QEMU beside the host");
+    let image = firmware_image().map_err(|failure| failure.to_string())?;
+    let beside = |rig: &Rig, case: &Case, moment, seed| beside(&image, rig, case, moment, seed);
+    Ok(campaign(rig, seeds, beside)?.len())
 }
 
 fn page(
@@ -140,11 +144,12 @@ fn campaign(
         .flat_map(|case| Moment::ALL.map(|moment| (*case, moment)))
         .flat_map(|(case, moment)| (1..=seeds).map(move |seed| (case, moment, seed)))
         .collect();
-    spread(&jobs, |(case, moment, seed)| {
+    let trial = |(case, moment, seed): &(Case, Moment, u64)| -> Result<Trial, Failure> {
         let outcome = run(rig, case, *moment, *seed)
             .map_err(|failure| format!("{}, {moment:?}, seed {seed}: {failure}", case.name))?;
         Ok((*case, *moment, outcome))
-    })
+    };
+    jobs.par_iter().map(trial).collect()
 }
 
 fn host(known: &Rig) -> Result<HostController, ScoreError> {
@@ -171,10 +176,13 @@ fn beside(
     let file = std::env::temp_dir().join(format!("pneuma-{}-{thread:?}.bin", std::process::id()));
     std::fs::write(&file, &record)?;
     let started = Machine::start(image, &with_settings(&file.to_string_lossy()));
-    let (machine, address) = started.map_err(|failure| failure.to_string())?;
+    let machine = started.map_err(|failure| failure.to_string())?;
+    let plant = machine
+        .connect(PATIENCE)
+        .map_err(|failure| failure.to_string())?;
     let mut both = Both {
         expected: host(&known)?,
-        driving: RemoteController::greet(connect(address)?)?,
+        driving: RemoteController::greet(plant)?,
     };
     std::fs::remove_file(&file)?;
     let outcome = run_case(rig, &mut both, case, moment, seed)?;
@@ -187,54 +195,10 @@ fn beside(
     Err(format!("the firmware ended with {status}").into())
 }
 
-fn connect(address: SocketAddr) -> std::io::Result<TcpStream> {
-    let begin = Instant::now();
-    loop {
-        match TcpStream::connect(address) {
-            Ok(stream) => {
-                stream.set_nodelay(true)?;
-                stream.set_read_timeout(Some(PATIENCE))?;
-                return Ok(stream);
-            }
-            Err(error) if begin.elapsed() > PATIENCE => return Err(error),
-            Err(_) => std::thread::sleep(Duration::from_millis(20)),
-        }
-    }
-}
-
 fn normal(rig: &Rig, runs: u64) -> Result<Vec<NormalRun>, Failure> {
-    let seeds: Vec<u64> = (1..=runs).collect();
-    spread(&seeds, |seed| {
-        let mut drive = host(&wrongly_known(rig, *seed))?;
-        Ok(normal_run(rig, &mut drive, *seed)?)
-    })
-}
-
-/// Every job, on all processors, in order.
-fn spread<J: Sync, T: Send>(
-    jobs: &[J],
-    work: impl Fn(&J) -> Result<T, Failure> + Sync,
-) -> Result<Vec<T>, Failure> {
-    let workers = available_parallelism().map_or(1, NonZero::get);
-    let next = AtomicUsize::new(0);
-    let take = || {
-        let mut done = Vec::new();
-        loop {
-            let place = next.fetch_add(1, Ordering::Relaxed);
-            let Some(job) = jobs.get(place) else {
-                return Ok(done);
-            };
-            done.push((place, work(job)?));
-        }
+    let normal = |seed: u64| -> Result<NormalRun, Failure> {
+        let mut drive = host(&wrongly_known(rig, seed))?;
+        Ok(normal_run(rig, &mut drive, seed)?)
     };
-    let results: Result<Vec<Vec<(usize, T)>>, Failure> = std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..workers).map(|_| scope.spawn(take)).collect();
-        handles
-            .into_iter()
-            .map(|handle| handle.join().unwrap_or_else(|panic| resume_unwind(panic)))
-            .collect()
-    });
-    let mut results: Vec<(usize, T)> = results?.into_iter().flatten().collect();
-    results.sort_by_key(|(place, _)| *place);
-    Ok(results.into_iter().map(|(_, result)| result).collect())
+    (1..=runs).into_par_iter().map(normal).collect()
 }

@@ -38,10 +38,11 @@ class Case:
     begins: str = "always"
 
 
-def deal(rng, count: int) -> list[Case]:
+def deal(rng, count: int, only: str | None) -> list[Case]:
     """The cases of a draw: groups by their share, effects in a shuffled order so that none comes twice before all."""
-    shares = np.cumsum(list(MIX.values())) * count
-    groups = [list(MIX)[int(np.searchsorted(shares, i + 0.5))] for i in range(count)]
+    mix = {only: 1.0} if only else MIX
+    shares = np.cumsum(list(mix.values())) * count
+    groups = [list(mix)[int(np.searchsorted(shares, i + 0.5))] for i in range(count)]
     decks = {
         "single": Deck(rng, LISTED),
         "late": Deck(rng, [name for name, effect in LISTED.items() if effect.may_begin_late]),
@@ -209,8 +210,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--n", type=int, required=True)
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--only", choices=list(MIX), help="one group alone")
     arguments = parser.parse_args()
-    cases = deal(np.random.default_rng([arguments.seed, 0]), arguments.n)
+    cases = deal(np.random.default_rng([arguments.seed, 0]), arguments.n, arguments.only)
     for number, case in enumerate(cases, start=1):
         name = f"o{arguments.seed}-{number:03d}"
         write_case(arguments.out / name, case, np.random.default_rng([arguments.seed, number]))

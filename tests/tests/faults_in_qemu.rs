@@ -10,34 +10,19 @@ use host_sim::fault_campaign::{Both, CASES, Case, Moment, run_case};
 use host_sim::rig::Rig;
 use model_core::controller::Controller;
 use model_core::paper;
-use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use xtask::qemu::Machine;
 use xtask::{image, qemu};
 
 const PATIENCE: Duration = Duration::from_secs(20);
 
-fn connect(address: SocketAddr) -> TcpStream {
-    let begin = Instant::now();
-    loop {
-        match TcpStream::connect(address) {
-            Ok(stream) => {
-                stream.set_nodelay(true).expect("no delay");
-                stream.set_read_timeout(Some(PATIENCE)).expect("a timeout");
-                return stream;
-            }
-            Err(error) => assert!(begin.elapsed() < PATIENCE, "QEMU does not listen: {error}"),
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
 fn compare(image: &Path, rig: &Rig, case: &Case, moment: Moment) {
-    let (machine, address) = Machine::start(image, &[]).expect("QEMU starts");
+    let machine = Machine::start(image, &[]).expect("QEMU starts");
+    let plant = machine.connect(PATIENCE).expect("QEMU listens");
     let mut both = Both {
         expected: HostController::new(ControlTask::new(Controller::new(paper::axis()))),
-        driving: RemoteController::greet(connect(address)).expect("the firmware greets"),
+        driving: RemoteController::greet(plant).expect("the firmware greets"),
     };
     let outcome = run_case(rig, &mut both, case, moment, 1).expect("a sound run");
     let what = format!("{} {moment:?}: {outcome:?}", case.name);

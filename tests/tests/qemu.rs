@@ -11,7 +11,6 @@ use firmware::settings::{Settings, record};
 use firmware::status::Status;
 use firmware::{frame, link, telemetry};
 use model_core::reference::Reference;
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use xtask::plant::{Link, Plant};
@@ -48,20 +47,14 @@ fn image() -> Option<PathBuf> {
     Some(image::build(image::MPS2).expect("the image builds"))
 }
 
-fn start(image: &Path, more: &[String]) -> (Machine, SocketAddr) {
+fn start(image: &Path, more: &[String]) -> Machine {
     Machine::start(image, more).expect("QEMU starts")
 }
 
 /// Sends the samples, and one in so many first as a damaged copy, which must be
 /// dropped; holds each answer against the host's.
-fn compare(
-    machine: (Machine, SocketAddr),
-    settings: &Settings,
-    samples: &[Sample],
-    damage_every: u32,
-) -> Report {
-    let (machine, address) = machine;
-    let mut plant_end = Link::connect(address).expect("the firmware greets");
+fn compare(machine: Machine, settings: &Settings, samples: &[Sample], damage_every: u32) -> Report {
+    let mut plant_end = Link::connect(&machine).expect("the firmware greets");
     let mut host = host_controller(settings);
     for sample in samples {
         if sample.tick % damage_every == damage_every - 1 {
@@ -133,8 +126,8 @@ fn ask(plant_end: &mut Link, payload: &[u8]) -> Vec<u8> {
 #[test]
 fn val_settings_and_telemetry_travel_beside_the_samples() {
     let Some(image) = image() else { return };
-    let (machine, address) = start(&image, &[]);
-    let mut plant_end = Link::connect(address).expect("the firmware greets");
+    let machine = start(&image, &[]);
+    let mut plant_end = Link::connect(&machine).expect("the firmware greets");
     let mut host = host_controller(&Settings::built_in());
     let mut plant = Plant::default();
     let mut step = |plant_end: &mut Link, host: &mut ControlTask| {

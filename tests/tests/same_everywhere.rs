@@ -9,15 +9,13 @@ use host_sim::closed_loop::{
 use host_sim::motion::Motion;
 use host_sim::plant::{Plant, PlantSettings};
 use host_sim::rig::Rig;
-use std::net::{SocketAddr, TcpStream};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use xtask::qemu::Machine;
 use xtask::{image, qemu};
 
 const TICKS: u32 = 60_000;
 /// How long QEMU may take to listen, to answer and to end.
 const PATIENCE: Duration = Duration::from_secs(30);
-const TRY_EVERY: Duration = Duration::from_millis(20);
 
 /// The rig whose axis the firmware holds as long as there are no settings.
 fn paper() -> Rig {
@@ -40,17 +38,6 @@ fn bytes(run: &Run) -> Vec<u8> {
     bytes
 }
 
-fn connected(address: SocketAddr) -> TcpStream {
-    let begin = Instant::now();
-    loop {
-        match TcpStream::connect(address) {
-            Ok(stream) => return stream,
-            Err(error) => assert!(begin.elapsed() < PATIENCE, "{error}"),
-        }
-        std::thread::sleep(TRY_EVERY);
-    }
-}
-
 #[test]
 fn val_a_minute_of_mixed_motion_is_the_same_on_host_in_qemu_and_replayed() {
     if let Err(failure) = qemu::need_qemu() {
@@ -59,11 +46,9 @@ fn val_a_minute_of_mixed_motion_is_the_same_on_host_in_qemu_and_replayed() {
         return;
     }
     let image = image::build(image::MPS2).expect("the image builds");
-    let (machine, address) = Machine::start(&image, &[]).expect("QEMU starts");
-    let stream = connected(address);
-    stream.set_nodelay(true).expect("a socket");
-    stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
-    let mut firmware = RemoteController::greet(stream).expect("a greeting");
+    let machine = Machine::start(&image, &[]).expect("QEMU starts");
+    let plant = machine.connect(PATIENCE).expect("QEMU listens");
+    let mut firmware = RemoteController::greet(plant).expect("a greeting");
     let in_qemu = driven(&mut firmware);
     firmware.end().expect("it is sent");
     assert!(machine.wait(PATIENCE).expect("it ends").success());

@@ -2,6 +2,7 @@
 //! other end of the link. Without noise and without delay; how well the axis
 //! tracks is not measured here.
 
+use crate::qemu::Machine;
 use crate::shell::Outcome;
 use firmware::codes::{AdcCodes, COMMAND_V, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S};
 use firmware::control_task::Sample;
@@ -12,12 +13,11 @@ use model_core::axis::{Axis, AxisInputs, AxisState};
 use model_core::paper;
 use model_core::reference::Reference;
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream};
-use std::time::{Duration, Instant};
+use std::net::TcpStream;
+use std::time::Duration;
 
 /// How long QEMU may take to listen, and the firmware to answer.
 const PATIENCE: Duration = Duration::from_secs(20);
-const TRY_EVERY: Duration = Duration::from_millis(20);
 
 /// The plant's end of the link.
 #[derive(Debug)]
@@ -28,12 +28,8 @@ pub struct Link {
 
 impl Link {
     /// Connects, and takes the controller's greeting.
-    pub fn connect(address: SocketAddr) -> Outcome<Self> {
-        let stream = connect(address)?;
-        let set = stream
-            .set_nodelay(true)
-            .and_then(|()| stream.set_read_timeout(Some(PATIENCE)));
-        set.map_err(|error| format!("{address}: {error}"))?;
+    pub fn connect(machine: &Machine) -> Outcome<Self> {
+        let stream = machine.connect(PATIENCE)?;
         let mut link = Self {
             stream,
             decoder: Decoder::new(),
@@ -79,19 +75,6 @@ impl Link {
         let payload = self.receive()?;
         let report = Report::read(&payload);
         report.ok_or_else(|| "the controller's report is none".into())
-    }
-}
-
-fn connect(address: SocketAddr) -> Outcome<TcpStream> {
-    let begin = Instant::now();
-    loop {
-        match TcpStream::connect(address) {
-            Ok(stream) => return Ok(stream),
-            Err(error) if begin.elapsed() > PATIENCE => {
-                return Err(format!("{address}: {error}").into());
-            }
-            Err(_) => std::thread::sleep(TRY_EVERY),
-        }
     }
 }
 

@@ -5,7 +5,8 @@ use crate::setup::{self, QEMU};
 use crate::shell::{self, Outcome, as_typed, cargo, command};
 use std::collections::BTreeSet;
 use std::fs;
-use std::net::{SocketAddr, TcpListener};
+use std::io;
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -44,7 +45,7 @@ pub fn run(options: &[String]) -> Outcome {
     match request.seconds {
         // In place of this program: whoever ends it ends QEMU.
         None => Err(format!("{QEMU} did not start: {}", machine.exec()).into()),
-        Some(seconds) => run_for(machine, Duration::from_secs(seconds)),
+        Some(seconds) => run_for(machine, address, Duration::from_secs(seconds)),
     }
 }
 
@@ -118,10 +119,10 @@ pub fn with_settings(file: &str) -> [String; 2] {
     ["-device".to_owned(), device]
 }
 
-fn run_for(mut machine: Command, duration: Duration) -> Outcome {
+fn run_for(mut machine: Command, address: SocketAddr, duration: Duration) -> Outcome {
     let child = machine.spawn();
     let child = child.map_err(|error| format!("{QEMU} did not start: {error}"))?;
-    let status = Machine { child }.wait(duration)?;
+    let status = Machine { child, address }.wait(duration)?;
     if status.success() {
         return Ok(());
     }
@@ -132,12 +133,13 @@ fn run_for(mut machine: Command, duration: Duration) -> Outcome {
 #[derive(Debug)]
 pub struct Machine {
     child: Child,
+    /// Where it waits for a plant.
+    address: SocketAddr,
 }
 
 impl Machine {
-    /// Starts an image that waits for a plant at the address returned. `more` goes
-    /// to QEMU as it is.
-    pub fn start(image: &Path, more: &[String]) -> Outcome<(Self, SocketAddr)> {
+    /// Starts an image that waits for a plant. `more` goes to QEMU as it is.
+    pub fn start(image: &Path, more: &[String]) -> Outcome<Self> {
         need_qemu()?;
         let address = free_address().map_err(|error| format!("no free port: {error}"))?;
         let mut machine = machine(image, address);
@@ -146,7 +148,22 @@ impl Machine {
         machine.stdout(Stdio::null()).stderr(Stdio::null());
         let child = machine.spawn();
         let child = child.map_err(|error| format!("{QEMU} did not start: {error}"))?;
-        Ok((Self { child }, address))
+        Ok(Self { child, address })
+    }
+
+    /// The plant's end of the serial line, as soon as QEMU listens. A read on it
+    /// takes as long at most.
+    pub fn connect(&self, at_most: Duration) -> Outcome<TcpStream> {
+        let begin = Instant::now();
+        loop {
+            match plug_in(self.address, at_most) {
+                Ok(stream) => return Ok(stream),
+                Err(error) if begin.elapsed() > at_most => {
+                    return Err(format!("{QEMU} does not listen: {error}").into());
+                }
+                Err(_) => std::thread::sleep(LOOK_EVERY),
+            }
+        }
     }
 
     /// Waits for its end, at most for a while.
@@ -174,9 +191,16 @@ impl Drop for Machine {
     }
 }
 
+fn plug_in(address: SocketAddr, at_most: Duration) -> io::Result<TcpStream> {
+    let stream = TcpStream::connect(address)?;
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(at_most))?;
+    Ok(stream)
+}
+
 /// A free port, given out once: until QEMU listens there it is free for the system, which
 /// may offer it again. Of two machines at one port one plant would be turned away.
-fn free_address() -> std::io::Result<SocketAddr> {
+fn free_address() -> io::Result<SocketAddr> {
     static GIVEN_OUT: Mutex<BTreeSet<u16>> = Mutex::new(BTreeSet::new());
     loop {
         let address = TcpListener::bind("127.0.0.1:0")?.local_addr()?;

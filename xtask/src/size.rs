@@ -210,8 +210,8 @@ fn count(image: &Path) -> Outcome<Vec<Figure>> {
 
 /// Runs the image against the plant; `options` go to QEMU as they are.
 pub fn drive(image: &Path, mut plant: Plant, ticks: u32, options: &[String]) -> Outcome<Report> {
-    let (machine, address) = Machine::start(image, options)?;
-    let mut link = Link::connect(address)?;
+    let machine = Machine::start(image, options)?;
+    let mut link = Link::connect(&machine)?;
     for _ in 0..ticks {
         let answer = link.exchange(&plant.sample())?;
         let command = link::read_command(&answer).ok_or("the controller's answer is none")?;

@@ -14,9 +14,8 @@ use crate::model::AxisFault;
 use crate::motion::{Limits, Motion, Placed, Segment};
 use crate::plant::{Change, Event, Plant, PlantSettings};
 use crate::rig::Rig;
+use rayon::prelude::*;
 use std::fmt;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 /// Time to find the null and the forces at rest, s.
 pub const SETTLE_S: f64 = 2.0;
@@ -247,39 +246,14 @@ pub fn score(
     cases: &[Case],
     seeds: &[u64],
 ) -> Result<Vec<Score>, ScoreError> {
-    let jobs: Vec<(u64, Case)> = seeds
-        .iter()
-        .flat_map(|seed| cases.iter().map(|case| (*seed, *case)))
-        .collect();
-    let next = AtomicUsize::new(0);
-    let results = Mutex::new(Vec::with_capacity(jobs.len()));
-    let work = || {
-        while let Some((seed, case)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let measured = measure(rig, factory, *case, *seed);
-            let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
-            results.push((*seed, *case, measured));
-        }
+    let score = |seed: &u64| -> Result<Score, ScoreError> {
+        let measured = cases
+            .par_iter()
+            .map(|case| measure(rig, factory, *case, *seed));
+        let cases = measured.collect::<Result<_, _>>()?;
+        Ok(Score { seed: *seed, cases })
     };
-    let workers = std::thread::available_parallelism().map_or(1, usize::from);
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(work);
-        }
-    });
-    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.sort_by_key(|(seed, case, _)| (*seed, *case));
-    let mut scores: Vec<Score> = Vec::with_capacity(seeds.len());
-    for (seed, _, measured) in results {
-        let measured = measured?;
-        match scores.last_mut() {
-            Some(last) if last.seed == seed => last.cases.push(measured),
-            _ => scores.push(Score {
-                seed,
-                cases: vec![measured],
-            }),
-        }
-    }
-    Ok(scores)
+    seeds.par_iter().map(score).collect()
 }
 
 /// One case with one seed.

@@ -418,6 +418,7 @@ impl<R: Real> Controller<R> {
             return inertia_n;
         }
         let approach = gains.approach_per_s * state.rest.approach_share() * errors.position_m;
+        self.note_way(state, ahead);
         let is_left_behind = self.is_left_behind(state, ahead, errors);
         let (deflection_m, friction_n) = carriage.bristle.step_driven(
             &self.fed_forward_levels(state, ahead, speed, is_left_behind),
@@ -429,19 +430,12 @@ impl<R: Real> Controller<R> {
         inertia_n + friction_n
     }
 
-    /// Whether the load still sticks where the reference, on its way, has passed it by the
-    /// time that a command of now acts. Once on each way: a load that slows down in the
-    /// course of it would be thrown forth again and again.
-    fn is_left_behind(
-        &self,
-        state: &mut ControllerState<R>,
-        ahead: &Ahead<R>,
-        errors: &Errors<R>,
-    ) -> bool {
+    /// Notes a new way of the reference, and that the load has broken away on it.
+    fn note_way(&self, state: &mut ControllerState<R>, ahead: &Ahead<R>) {
         let feedforward = &mut state.feedforward;
         if ahead.is_still {
             feedforward.way = R::ZERO;
-            return false;
+            return;
         }
         let way = ahead.velocity_m_per_s.signum();
         if way * feedforward.way <= R::ZERO {
@@ -454,8 +448,20 @@ impl<R: Real> Controller<R> {
         if way * state.observer.carriage.velocity_m_per_s > sliding {
             feedforward.has_broken_away = true;
         }
+    }
+
+    /// Whether the load still sticks where the reference, on its way, has passed it by the
+    /// time that a command of now acts. Once on each way: a load that slows down in the
+    /// course of it would be thrown forth again and again.
+    fn is_left_behind(
+        &self,
+        state: &ControllerState<R>,
+        ahead: &Ahead<R>,
+        errors: &Errors<R>,
+    ) -> bool {
+        let feedforward = &state.feedforward;
         let passes_m = errors.position_m + self.gains.lead_s * ahead.velocity_m_per_s;
-        !feedforward.has_broken_away && way * passes_m > R::ZERO
+        !ahead.is_still && !feedforward.has_broken_away && feedforward.way * passes_m > R::ZERO
     }
 
     /// The friction level to feed forward, the same at any speed of the bristle.

@@ -142,18 +142,29 @@ impl<R: Real> Rest<R> {
         observer: &ObserverState<R>,
         force_n: R,
     ) -> Option<Correction<R>> {
-        if let Some(correction) = self.correction {
-            if correction.is_short(force_n, gains.lead_s) {
-                let age_s = correction.age_s + axis.dt_s;
-                return Some(Correction {
-                    age_s,
-                    ..correction
-                });
-            }
-            // The mean is of the time before.
-            self.mean_error_m = R::ZERO;
-            return None;
+        let Some(correction) = self.correction else {
+            return self.begun(gains, axis, observer, force_n);
+        };
+        if correction.is_short(force_n, gains.lead_s) {
+            let age_s = correction.age_s + axis.dt_s;
+            return Some(Correction {
+                age_s,
+                ..correction
+            });
         }
+        // The mean is of the time before.
+        self.mean_error_m = R::ZERO;
+        None
+    }
+
+    /// A new correction: for what the load has crept off, or for more than may be held.
+    fn begun(
+        &self,
+        gains: &Gains<R>,
+        axis: &Axis<R>,
+        observer: &ObserverState<R>,
+        force_n: R,
+    ) -> Option<Correction<R>> {
         let stiffness = axis.carriage.bristle.stiffness_n_per_m;
         let most_n = R::from_f64(HELD_SHARE) * observer.friction_at(axis, R::ZERO).coulomb_n;
         let least_n = (R::from_f64(LEAST_CORRECTED_SHARE) * stiffness * gains.indifferent_m)
