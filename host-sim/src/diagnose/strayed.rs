@@ -68,6 +68,33 @@ pub(super) fn explained(
             break;
         };
         relief.put_into(&mut outcome);
+        outcome = without_needless(bench, outcome);
+    }
+    outcome
+}
+
+/// The outcome without the effects that stood in the place of the one just put in: those
+/// without which nothing plain is missing, and no number strays.
+fn without_needless(bench: &Bench<'_>, mut outcome: Outcome) -> Outcome {
+    let found: Vec<usize> = outcome
+        .evidence
+        .iter()
+        .filter(|one| one.accepted && !one.is_of_strayed)
+        .map(|one| one.candidate)
+        .collect();
+    for candidate in found {
+        let improved = &outcome.improved;
+        let mut set = improved.set.clone();
+        set.retain(|&one| one != candidate);
+        let Some(without) = bench.fit(&set, Some(&bench.restricted(improved, &set))) else {
+            continue;
+        };
+        let is_needless =
+            !bench.misses_plainly(&without) && Strayed::of(bench, &without).keys.is_empty();
+        if is_needless {
+            outcome.improved = without;
+            outcome.decline(candidate);
+        }
     }
     outcome
 }

@@ -42,8 +42,8 @@ const WINDOW_S: f64 = 0.1;
 const LEAST_SHARE: f64 = 0.5;
 /// Inputs that explain this part of what the best does are not told apart by it.
 const AS_GOOD: f64 = 0.95;
-/// Sizes at which an input is tried, over the most that it may be off: a valve that is shut
-/// within its dead zone and open beyond it is no straight line.
+/// Sizes at which an input is tried, over the most that it may be off that way: a valve that is
+/// shut within its dead zone and open beyond it is no straight line.
 const SIZES: [f64; 9] = [-1.0, -0.3, -0.1, -0.03, 0.0, 0.03, 0.1, 0.3, 1.0];
 /// Steps of the ordinary parameters.
 const ROUNDS: usize = 5;
@@ -58,42 +58,60 @@ struct Input {
     what: locate::Input,
     /// Numbers of the rig that shift together, each by this much per unit.
     shifts: Vec<(&'static str, f64)>,
-    /// No such input is ever further off; chosen.
-    most: f64,
+    /// No such input is ever further off, one way or the other; chosen.
+    range: (f64, f64),
+}
+
+impl Input {
+    /// The sizes at which it is tried.
+    fn sizes(&self) -> Vec<f64> {
+        let (lower, upper) = self.range;
+        let of_part = |part: f64| {
+            if part < 0.0 {
+                -part * lower
+            } else {
+                part * upper
+            }
+        };
+        SIZES.map(of_part).to_vec()
+    }
 }
 
 /// What there is, with shifts that matter little.
 fn inputs() -> Vec<Input> {
-    let input = |place, quantity, unit, shifts: &[(&'static str, f64)], most| Input {
+    let input = |place, quantity, unit, shifts: &[(&'static str, f64)], range| Input {
         what: locate::Input {
             place,
             quantity,
             unit,
         },
         shifts: shifts.to_vec(),
-        most,
+        range,
     };
+    let both_ways = |most: f64| (-most, most);
     let mut all = vec![
         input(
             "valve-command",
             "command",
             "V",
             &[("valve.null_V", -1.0)],
-            0.5,
+            both_ways(0.5),
         ),
         input(
             "supply",
             "supply pressure",
             "Pa",
             &[("supply.pressure_Pa", 1.0)],
-            1.5e5,
+            both_ways(1.5e5),
         ),
         input(
             "exhaust",
             "pressure of the surroundings",
             "Pa",
             &[("environment.pressure_Pa", 1.0)],
-            5e4,
+            // A silencer that chokes, or a neighbour on the same one; nothing sucks, but the
+            // file's number may be of another day's weather.
+            (-1e4, 2e5),
         ),
     ];
     let (supply, exhaust) = (
@@ -106,7 +124,7 @@ fn inputs() -> Vec<Input> {
             "share of the valve's flow",
             "1",
             shifts,
-            0.7,
+            both_ways(0.7),
         ));
     }
     for (place, key) in [
@@ -115,7 +133,7 @@ fn inputs() -> Vec<Input> {
     ] {
         // At 6 bar 5e-15 is some 130 l/min: a fifth of what the valve passes.
         let shifts = &[(key, 1.0)];
-        all.push(input(place, "leak", "kg/(s Pa2)", shifts, 5e-15));
+        all.push(input(place, "leak", "kg/(s Pa2)", shifts, both_ways(5e-15)));
     }
     all
 }
@@ -288,7 +306,7 @@ impl<'a> Windowed<'a> {
         starts: &[Vec<Start>],
         input: &Input,
     ) -> Vec<Option<Need>> {
-        let sizes: Vec<f64> = SIZES.iter().map(|part| part * input.most).collect();
+        let sizes = input.sizes();
         let tried: Vec<Vec<Window>> = sizes
             .iter()
             .map(|&size| self.windows(&shifted(rig, input, size), starts))
@@ -388,7 +406,7 @@ impl<'a> Windowed<'a> {
         let bench = self.bench;
         let tracks = bench.tracks.iter();
         let mut columns: Vec<Vec<f64>> = tracks.map(|track| vec![f64::NAN; track.len()]).collect();
-        let told = explained.told(input.most);
+        let told = explained.told(input);
         // A constant error is an ordinary parameter's, where there is one.
         let is_ordinary = |key: &str| bench.ordinary.iter().any(|free| free.key == key);
         let constant = if input.shifts.iter().any(|(key, _)| is_ordinary(key)) {
@@ -549,16 +567,18 @@ impl Explained {
     /// What the windows need, where they say something of it: no value at the end of its
     /// range, none known much worse than usual (the valve was shut, say), none of a window
     /// that the input leaves much less explained than usual.
-    fn told(&self, most: f64) -> Vec<Option<&Need>> {
+    fn told(&self, input: &Input) -> Vec<Option<&Need>> {
         let energy = |window: &Window| dot(&window.errors, &window.errors);
         let needs = self.needed.iter().flatten();
         let deviations = needs.map(|need| need.deviation).collect();
         let worst_deviation = WORST * median(deviations).unwrap_or(0.0);
         let energies = self.windows.iter().map(energy).collect();
         let worst_energy = WORST * WORST * median(energies).unwrap_or(0.0);
+        let (lower, upper) = input.range;
         let is_told = |(need, window): &(&Need, &Window)| {
             need.deviation <= worst_deviation
-                && need.value.abs() < most
+                && need.value > lower
+                && need.value < upper
                 && energy(window) <= worst_energy
         };
         let pairs = self.needed.iter().zip(&self.windows);

@@ -61,6 +61,15 @@ impl Outcome {
         }
     }
 
+    /// An accepted effect is not needed any more.
+    pub(super) fn decline(&mut self, candidate: usize) {
+        let mut evidence = self.evidence.iter_mut();
+        if let Some(one) = evidence.find(|one| one.candidate == candidate) {
+            *one = Evidence::needless(candidate, one.gain);
+        }
+        self.rivals.retain(|(accepted, _)| *accepted != candidate);
+    }
+
     /// Something without a name explains far more than any effect.
     pub fn decline_all(&mut self) {
         self.evidence.iter_mut().for_each(Evidence::decline);
