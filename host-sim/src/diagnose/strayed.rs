@@ -334,6 +334,34 @@ mod tests {
         }
     }
 
+    /// A load on a spring, whose damper had stood in for 186 N s/m of viscous friction, stayed named
+    /// beside that.
+    #[test]
+    fn regress_what_stood_in_for_a_number_goes_when_that_is_named() {
+        let (rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
+        let key = "friction.viscous_Ns_m";
+        let less = 0.3 * rig.value(key).unwrap();
+        let rig = rig.with_values(&[(key.to_owned(), less)].into());
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
+        let mut candidates = bench.candidates.iter();
+        let spring = candidates.position(|one| one.effect == "load-compliance");
+        let spring = spring.unwrap();
+        let mut outcome = Outcome::nothing(&baseline);
+        outcome.improved = bench.fit(&[spring], Some(&baseline)).unwrap();
+        outcome.evidence.push(Evidence {
+            accepted: true,
+            ..Evidence::needless(spring, 0.0)
+        });
+        let outcome = explained(&bench, outcome, &|_| ());
+        let accepted = outcome.evidence.iter().filter(|one| one.accepted);
+        let named: Vec<&str> = accepted
+            .map(|one| bench.candidates[one.candidate].effect)
+            .collect();
+        assert_eq!(named, ["viscous-friction"]);
+        assert!(!outcome.improved.set.contains(&spring));
+    }
+
     #[test]
     fn prop_a_number_two_deviations_off_is_no_effect() {
         // Stated to 15 %.
