@@ -418,8 +418,7 @@ impl<R: Real> Controller<R> {
             return inertia_n;
         }
         let approach = gains.approach_per_s * state.rest.approach_share() * errors.position_m;
-        self.note_way(state, ahead);
-        let is_left_behind = self.is_left_behind(state, ahead, errors);
+        let is_left_behind = self.notice_left_behind(state, ahead, errors);
         let (deflection_m, friction_n) = carriage.bristle.step_driven(
             &self.fed_forward_levels(state, ahead, speed, is_left_behind),
             ahead.velocity_m_per_s + approach,
@@ -430,12 +429,20 @@ impl<R: Real> Controller<R> {
         inertia_n + friction_n
     }
 
-    /// Notes a new way of the reference, and that the load has broken away on it.
-    fn note_way(&self, state: &mut ControllerState<R>, ahead: &Ahead<R>) {
+    /// Notes the way of the reference and whether the load has broken away on it, and tells
+    /// whether it still sticks where the reference, on its way, has passed it by the
+    /// time that a command of now acts. Once on each way: a load that slows down in the
+    /// course of it would be thrown forth again and again.
+    fn notice_left_behind(
+        &self,
+        state: &mut ControllerState<R>,
+        ahead: &Ahead<R>,
+        errors: &Errors<R>,
+    ) -> bool {
         let feedforward = &mut state.feedforward;
         if ahead.is_still {
             feedforward.way = R::ZERO;
-            return;
+            return false;
         }
         let way = ahead.velocity_m_per_s.signum();
         if way * feedforward.way <= R::ZERO {
@@ -448,20 +455,8 @@ impl<R: Real> Controller<R> {
         if way * state.observer.carriage.velocity_m_per_s > sliding {
             feedforward.has_broken_away = true;
         }
-    }
-
-    /// Whether the load still sticks where the reference, on its way, has passed it by the
-    /// time that a command of now acts. Once on each way: a load that slows down in the
-    /// course of it would be thrown forth again and again.
-    fn is_left_behind(
-        &self,
-        state: &ControllerState<R>,
-        ahead: &Ahead<R>,
-        errors: &Errors<R>,
-    ) -> bool {
-        let feedforward = &state.feedforward;
         let passes_m = errors.position_m + self.gains.lead_s * ahead.velocity_m_per_s;
-        !ahead.is_still && !feedforward.has_broken_away && feedforward.way * passes_m > R::ZERO
+        !feedforward.has_broken_away && way * passes_m > R::ZERO
     }
 
     /// The friction level to feed forward, the same at any speed of the bristle.
