@@ -9,7 +9,7 @@ use super::verdict::{
     Verdict,
 };
 use super::words::{self, Size};
-use super::{LawDiagnosis, Model, knowability, shown, unknown_force};
+use super::{LawDiagnosis, Model, knowability, locate, shown, unknown_force};
 use crate::fit::Presence;
 use crate::inspect::Fault;
 use crate::laws::Output;
@@ -55,24 +55,30 @@ pub fn improved_rig(rig: &Rig, laws: &[LawDiagnosis]) -> Rig {
 pub fn verdict(
     rig: &Rig,
     laws: &[LawDiagnosis],
+    velocity: Option<&locate::Located>,
     faults: &[(String, Fault)],
     train: &[Recording],
     held_out: &[Recording],
 ) -> Verdict {
     let effects = effects(laws);
     let alternatives = alternatives(laws);
-    let unknown_term = unknown_term(laws);
+    // No law uses the velocity: beside something that is missed it is a remark.
+    let (unknown_term, aside) = match unknown_term(laws) {
+        None if effects.is_empty() => (velocity.and_then(term_of_velocity), None),
+        of_laws => (of_laws, velocity),
+    };
     let fit = fit(rig, laws, train, held_out);
     let refuted = laws.iter().any(is_refuted);
     // What is named in one law stays named, whatever else is missing in another.
     let unsolved = (refuted || unknown_term.is_some()) && !laws.iter().any(is_solved);
     let kind = kind(laws, faults, &alternatives, unsolved);
-    let located = located(laws, train);
+    let located = located(laws, velocity, train);
     let mut sentence = sentence(kind, laws, faults, unknown_term.as_ref(), &alternatives);
     if let (Kind::Named | Kind::Ambiguous, Some(term)) = (kind, &unknown_term) {
         sentence = format!("{sentence} {}", beside_sentence(term));
     }
-    let notes = notes(rig, laws, &fit, train);
+    let mut notes = notes(rig, laws, &fit, train);
+    notes.extend(aside.map(velocity_note));
     Verdict {
         format: "verdict/1",
         verdict: kind,
@@ -230,12 +236,17 @@ fn alternatives(laws: &[LawDiagnosis]) -> Vec<Vec<String>> {
         .collect()
 }
 
-fn located(laws: &[LawDiagnosis], train: &[Recording]) -> Vec<Located> {
+fn located(
+    laws: &[LawDiagnosis],
+    velocity: Option<&locate::Located>,
+    train: &[Recording],
+) -> Vec<Located> {
     let inputs = laws.iter().filter_map(|law| law.input.as_ref());
     let mut all: Vec<Located> = laws
         .iter()
         .flat_map(|law| law.located.iter())
         .chain(inputs)
+        .chain(velocity)
         .map(|located| Located {
             place: located.place.into(),
             share: located.share,
@@ -355,25 +366,30 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     let law = laws.iter().find(is_open)?;
     // An input that explains both chambers says more than either chamber.
     let located = law.input.as_ref().or(law.located.first())?;
-    let variable = located.variables.first()?;
     let expression = match &law.input {
         Some(input) => format!("asks for another {}: {}", input.quantity, input.when),
         None => located.when.clone(),
     };
-    if let Some(term) = &law.term {
-        let candidate = &law.candidates[term.candidate];
-        let (name, _) = unknown_force::name(term.variable);
-        return Some(UnknownTerm {
-            place: located.place.into(),
-            of: vec![name.into()],
-            expression: format!(
-                "{expression}; a force over the {name}, as tabled, leaves {} of it in data that it was not fitted to",
-                percent(1.0 - term.share)
-            ),
-            unit: "N".into(),
-            table: unknown_force::table(candidate, &law.improved),
-        });
-    }
+    let Some(term) = &law.term else {
+        return as_tabled(located, expression);
+    };
+    let candidate = &law.candidates[term.candidate];
+    let (name, _) = unknown_force::name(term.variable);
+    Some(UnknownTerm {
+        place: located.place.into(),
+        of: vec![name.into()],
+        expression: format!(
+            "{expression}; a force over the {name}, as tabled, leaves {} of it in data that it was not fitted to",
+            percent(1.0 - term.share)
+        ),
+        unit: "N".into(),
+        table: unknown_force::table(candidate, &law.improved),
+    })
+}
+
+/// What is located, as a table over the variable that explains most of it.
+fn as_tabled(located: &locate::Located, expression: String) -> Option<UnknownTerm> {
+    let variable = located.variables.first()?;
     Some(UnknownTerm {
         place: located.place.into(),
         of: vec![variable.name.into()],
@@ -385,6 +401,23 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
             .map(|bin| (bin.x, bin.mean, bin.sd / (bin.count.max(1) as f64).sqrt()))
             .collect(),
     })
+}
+
+/// What the position says of the velocity.
+fn term_of_velocity(velocity: &locate::Located) -> Option<UnknownTerm> {
+    as_tabled(
+        velocity,
+        format!("{}: {}", velocity.quantity, velocity.when),
+    )
+}
+
+/// The same beside what the laws miss.
+fn velocity_note(velocity: &locate::Located) -> String {
+    format!(
+        "the recorded velocity and position contradict each other by {} m/s rms ({}); no law uses the velocity",
+        words::digits(velocity.rms),
+        velocity.when
+    )
 }
 
 /// A part in per cent; one that is hardly there is not called nought.

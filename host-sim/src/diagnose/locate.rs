@@ -216,22 +216,33 @@ pub(super) fn of_input(
     columns: Vec<Vec<f64>>,
 ) -> Located {
     let outputs = law.outputs(rig);
-    let own = outputs.first().map_or("", |output| output.signal);
     let output = Output {
-        signal: own,
+        signal: outputs.first().map_or("", |output| output.signal),
         place: input.place,
         unit: input.unit,
     };
+    of_quantity(law, rig, tracks, &output, input.quantity, columns)
+}
+
+/// A quantity that is not what a law takes it for, over time and state.
+pub(super) fn of_quantity(
+    law: Law,
+    rig: &Rig,
+    tracks: &[Track<'_>],
+    output: &Output,
+    quantity: &'static str,
+    columns: Vec<Vec<f64>>,
+) -> Located {
     let judged = Judged {
-        quantity: input.quantity,
-        unit: input.unit,
+        quantity,
+        unit: output.unit,
         correlated: correlated_rows(&columns),
         columns,
     };
     let columns = &judged.columns;
     let stretches = stretches(tracks, columns, judged.correlated);
-    let variables = variables(law, rig, tracks, &output, &judged);
-    found(tracks, &output, columns, &judged, stretches, variables)
+    let variables = variables(law, rig, tracks, output, &judged);
+    found(tracks, output, columns, &judged, stretches, variables)
 }
 
 /// The finding put together.

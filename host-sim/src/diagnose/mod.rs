@@ -18,6 +18,7 @@ pub mod candidates;
 pub mod fitted;
 mod gaps;
 mod intermittent;
+mod kinematics;
 pub mod knowability;
 pub mod limits;
 pub mod locate;
@@ -159,6 +160,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// By law.
     pub laws: Vec<LawDiagnosis>,
+    /// Where the recorded velocity contradicts the recorded position.
+    pub velocity: Option<Located>,
     /// The rig with refitted parameters and named effects.
     pub improved_rig: Rig,
     /// Training recordings.
@@ -302,8 +305,9 @@ pub fn diagnose<E>(
             law.located = above_noise(misfits, &law.floor);
         }
     }
+    let velocity = velocity(rig, &laws, &train);
     let improved_rig = assemble::improved_rig(rig, &laws);
-    let mut verdict = assemble::verdict(rig, &laws, &faults, &train, &held_out);
+    let mut verdict = assemble::verdict(rig, &laws, velocity.as_ref(), &faults, &train, &held_out);
     notes.extend(inspect::noise_doubts(&inspections));
     notes.extend(remarks::unrefitted(rig));
     notes.extend(remarks::stood_in(rig, &laws));
@@ -313,6 +317,7 @@ pub fn diagnose<E>(
     Ok(Diagnosis {
         verdict,
         laws,
+        velocity,
         improved_rig,
         train,
         held_out,
@@ -364,6 +369,18 @@ fn with_pressures_mended(recordings: &[Recording], law: &LawDiagnosis) -> Option
     recordings.iter().enumerate().map(mended).collect()
 }
 
+/// Where the recorded velocity contradicts the recorded position, once the laws have said what
+/// they miss of the latter.
+fn velocity(rig: &Rig, laws: &[LawDiagnosis], train: &[Recording]) -> Option<Located> {
+    let is_skew_named = laws.iter().any(|law| {
+        let mut named = law.evidence.iter().filter(|one| one.accepted);
+        named.any(|one| law.candidates[one.candidate].effect == "position-time-skew")
+    });
+    let is_position = laws.iter().any(assemble::is_unexplained);
+    let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
+    kinematics::contradiction(rig, &tracks, is_skew_named, is_position)
+}
+
 /// Faults of the recordings, with the name of the recording.
 fn faults(recordings: &[Recording], inspections: &[Inspection]) -> Vec<(String, Fault)> {
     let of_each = recordings.iter().zip(inspections);
@@ -407,9 +424,11 @@ fn diagnose_law(
     let mut full = Bench::new(law.searched_by(), rig, &tracks);
     let mut searched = searched(law, &mut full, train, &progress)?;
     let settled = settled(&full, &mut searched);
-    let is_open = !assemble::is_enough(settled.explained)
-        && full.misses_plainly(&settled.improved)
-        && !searched.outcome.evidence.is_empty();
+    // What comes and goes at moments that suit it may be there always, over the state.
+    let comes_and_goes = settled.improved.presence.is_some();
+    let is_missed =
+        !assemble::is_enough(settled.explained) && full.misses_plainly(&settled.improved);
+    let is_open = (comes_and_goes || is_missed) && !searched.outcome.evidence.is_empty();
     let of_effects = written(law, &full, &searched, settled, &progress);
     let mut diagnosis = if is_open {
         tabled(law, &mut full, &mut searched, of_effects, &progress)
@@ -548,7 +567,10 @@ fn searched(
     if stride > 1 || bench.is_coarse() {
         (outcome.baseline, outcome.improved) = polished(full, &outcome)?;
     }
-    let outcome = strayed::explained(full, outcome, progress);
+    let mut outcome = strayed::explained(full, outcome, progress);
+    if strayed::is_disguise(full, &outcome.improved) {
+        outcome.decline_all();
+    }
     Some(Searched {
         baseline: outcome.baseline.clone(),
         improved: outcome.improved.clone(),
@@ -595,12 +617,9 @@ fn next_experiment(
     rivals: &[(usize, usize)],
 ) -> Option<NextExperiment> {
     let &(accepted, rival) = rivals.first()?;
-    let mut without = improved.set.clone();
-    without.retain(|&candidate| candidate != accepted);
-    let mut swapped = without.clone();
-    swapped.push(rival);
-    swapped.sort_unstable();
-    let other = bench.fit(&swapped, Some(&bench.restricted(improved, &without)))?;
+    let others = search::without(&improved.set, accepted);
+    let swapped = search::with(&others, rival);
+    let other = bench.fit(&swapped, Some(&bench.restricted(improved, &others)))?;
     next_experiment::find(bench, [improved, &other])
 }
 
@@ -691,12 +710,7 @@ fn masked(bench: &Bench<'_>, outcome: &Outcome) -> BTreeMap<usize, f64> {
 
 fn masked_share(bench: &Bench<'_>, outcome: &Outcome, candidate: usize) -> Option<f64> {
     let improved = &outcome.improved;
-    let set: Vec<usize> = improved
-        .set
-        .iter()
-        .copied()
-        .filter(|&c| c != candidate)
-        .collect();
+    let set = search::without(&improved.set, candidate);
     let refitted = if set.is_empty() {
         outcome.baseline.clone()
     } else {

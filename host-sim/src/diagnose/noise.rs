@@ -11,7 +11,7 @@ use super::fitted::{Bench, Fitted};
 use crate::laws::{Law, Track, balance, white_noise};
 use crate::random::Noise;
 use crate::recording::Recording;
-use crate::rig::{Rig, Signal};
+use crate::rig::Rig;
 
 /// Seed of the added draw: any; the energy of thousands of rows does not
 /// depend on it.
@@ -34,8 +34,7 @@ pub fn of_outputs(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
     law.outputs(rig)
         .iter()
         .map(|output| {
-            let signal = rig.signals.get(output.signal);
-            let declared = signal.and_then(declared).unwrap_or_else(|| {
+            let declared = declared(rig, output.signal).unwrap_or_else(|| {
                 let columns = tracks
                     .iter()
                     .filter_map(|track| track.recording.signal(output.signal));
@@ -46,8 +45,9 @@ pub fn of_outputs(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
         .collect()
 }
 
-/// Declared noise with the quantisation error, SI.
-fn declared(signal: &Signal) -> Option<f64> {
+/// Declared noise of a signal with the quantisation error, SI.
+pub(super) fn declared(rig: &Rig, signal: &str) -> Option<f64> {
+    let signal = rig.signals.get(signal)?;
     let step = signal.resolution.unwrap_or(0.0) / 12.0_f64.sqrt();
     signal.noise.map(|noise| noise.hypot(step))
 }
@@ -101,7 +101,7 @@ fn squared_changes(still: &[f64], moved: &[f64], reach: usize) -> impl Iterator<
 fn shaken(rig: &Rig, recording: &Recording, stream: usize) -> Recording {
     let mut shaken = recording.clone();
     for (place, (name, column)) in shaken.signals.iter_mut().enumerate() {
-        let Some(noise) = rig.signals.get(name).and_then(declared) else {
+        let Some(noise) = declared(rig, name) else {
             continue;
         };
         let mut draw = Noise::new(SEED, (place + 100 * stream) as u64);

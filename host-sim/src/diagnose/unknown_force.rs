@@ -4,7 +4,8 @@
 //! balance misses something and no effect explains it, a force that is piecewise
 //! linear over the position, or over the velocity, is fitted together with all
 //! ordinary parameters. It stays if stretches that were left out of the fit are plainly
-//! better predicted with it than with the effects that were found, and then goes into
+//! better predicted with it than with the effects that were found (as well, if those come and go
+//! at moments that were chosen to suit them), and then goes into
 //! the improved rig as `[effects.unknown-force]`: simulator and controller hold it like
 //! any effect. The held-out recordings judge it as they judge a named one.
 //!
@@ -105,6 +106,11 @@ fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Ter
     } else {
         left(bench, named)
     };
+    let most = if named.presence.is_some() {
+        1.0
+    } else {
+        plain_ratio(named.set.len())
+    };
     let mut best: Option<(Term, Fitted)> = None;
     for variable in [ForceVariable::Position, ForceVariable::Velocity] {
         let Some(candidate) = candidate(variable, bench) else {
@@ -124,7 +130,7 @@ fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Ter
         let is_better = best
             .as_ref()
             .is_none_or(|(best, _)| best.share < term.share);
-        if (left_by_table / left_by_named).sqrt() <= plain_ratio(named.set.len()) && is_better {
+        if (left_by_table / left_by_named).sqrt() <= most && is_better {
             best = Some((term, with));
         }
     }

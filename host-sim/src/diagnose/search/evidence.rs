@@ -90,6 +90,7 @@ impl Evidence {
     /// It was good until something better was found.
     pub(super) fn decline(&mut self) {
         self.accepted = false;
+        self.is_alternative = false;
         self.probability = self.probability.min(1.0 - self.probability).max(0.01);
     }
 
@@ -99,7 +100,6 @@ impl Evidence {
         if self.accepted || self.is_alternative {
             self.decline();
         }
-        self.is_alternative = false;
     }
 
     /// Whether it stays in the model without a name: plain, but nothing that matters.

@@ -19,7 +19,7 @@ pub use evidence::Evidence;
 pub(super) use evidence::mean;
 pub use judge::PLAIN_RATIO;
 pub(super) use judge::plain_ratio;
-pub(super) use sets::with;
+pub(super) use sets::{with, without};
 
 /// Largest set tried.
 const LARGEST_SET: usize = 4;
@@ -63,11 +63,18 @@ impl Outcome {
 
     /// An accepted effect is not needed any more.
     pub(super) fn decline(&mut self, candidate: usize) {
-        let mut evidence = self.evidence.iter_mut();
-        if let Some(one) = evidence.find(|one| one.candidate == candidate) {
-            *one = Evidence::needless(candidate, one.gain);
+        let (gone, left): (Vec<_>, Vec<_>) = self
+            .rivals
+            .iter()
+            .partition(|(accepted, _)| *accepted == candidate);
+        self.rivals = left;
+        let is_in_doubt = |rival: usize| self.rivals.iter().any(|(_, other)| *other == rival);
+        for one in &mut self.evidence {
+            let is_its_rival = gone.iter().any(|(_, rival)| *rival == one.candidate);
+            if one.candidate == candidate || is_its_rival && !is_in_doubt(one.candidate) {
+                *one = Evidence::needless(one.candidate, one.gain);
+            }
         }
-        self.rivals.retain(|(accepted, _)| *accepted != candidate);
     }
 
     /// Something without a name explains far more than any effect.

@@ -322,3 +322,8 @@ pub(in crate::diagnose) fn with(set: &Set, candidate: usize) -> Set {
     larger.sort_unstable();
     larger
 }
+
+pub(in crate::diagnose) fn without(set: &Set, candidate: usize) -> Set {
+    let others = set.iter().copied();
+    others.filter(|&one| one != candidate).collect()
+}

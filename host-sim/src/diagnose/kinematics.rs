@@ -1,0 +1,285 @@
+//! What the recorded position and the recorded velocity say of each other.
+//!
+//! No law needs v, and so no law misses anything where its sensor is wrong; but v is the rate of
+//! x, and both are measured:
+//!
+//! ```text
+//! x(t1) - x(t0) = integral of v from t0 to t1
+//! ```
+//!
+//! in short windows, by the trapezoid rule. The noise of both is declared, hence that of the
+//! difference: what is more is one of the two sensors. That is no law with parameters to fit, so
+//! what is found has a place and a shape and no name: a velocity that is filtered (it comes
+//! late), one whose gain is off, a scale with a periodic error.
+//!
+//! A logger that reads one channel after the other shifts them by up to a row and a half, and a
+//! position that was named as skewed is late by more: either is taken away first, from each
+//! recording on its own.
+//!
+//! Limits: which of the two sensors is wrong the other laws must say, as they are driven by the
+//! position; a velocity that was computed from the position shows nothing of either.
+
+use super::locate::{self, Located};
+use super::misfit::MISSED;
+use super::noise;
+use crate::laws::{Law, Output, Track, median_step_s};
+use crate::rig::Rig;
+use crate::text::plain;
+
+/// Rows of a window: few, as a filter shows in what is quick; and so many that the noise of the
+/// position (some um against some mm/s) does not cover it.
+const ROWS: usize = 10;
+/// Rows by which channels that one logger reads in turn are apart at the most.
+const SAMPLING_ROWS: f64 = 1.5;
+/// A disagreement that is less than this part of the velocities is not material: what good
+/// sensors of velocity are linear to. Chosen.
+const MATERIAL: f64 = 0.01;
+/// One number is what is wrong if it takes away all but this part of the energy.
+const ONE_NUMBER: f64 = 0.1;
+
+/// One window of a recording.
+#[derive(Clone)]
+struct Window {
+    recording: usize,
+    /// First and last row.
+    rows: (usize, usize),
+    seconds: f64,
+    /// Way by the velocity, m.
+    way_m: f64,
+    /// Change of the position less that, m.
+    apart_m: f64,
+    /// Rise of the velocity over the window, m/s: what one second of lateness comes to.
+    rise_m_per_s: f64,
+    /// Deviation of `apart_m` by the sensors' noise, m.
+    noise_m: f64,
+}
+
+/// Where position and velocity contradict each other by more than their noise; `None` where
+/// they agree, or where one was not recorded or has no declared noise. The position is what is
+/// wrong where the laws that it drives miss something (`is_position`).
+pub(super) fn contradiction(
+    rig: &Rig,
+    tracks: &[Track<'_>],
+    is_skew_named: bool,
+    is_position: bool,
+) -> Option<Located> {
+    let as_recorded = windows(rig, tracks)?;
+    let mut together = as_recorded.clone();
+    for (recording, track) in tracks.iter().enumerate() {
+        let row_s = median_step_s(&track.recording.time_s);
+        let most_s = if is_skew_named {
+            f64::INFINITY
+        } else {
+            SAMPLING_ROWS * row_s
+        };
+        bring_together(&mut together, recording, most_s);
+    }
+    if !is_material(&together) {
+        return None;
+    }
+    // A filter is late by all that it is late, a logger's share of that or not.
+    let windows = if is_skew_named { together } else { as_recorded };
+    let output = Output {
+        signal: "v",
+        place: if is_position { "sensor.x" } else { "sensor.v" },
+        unit: "m/s",
+    };
+    let quantity = "rate of position less velocity";
+    let columns = columns(tracks, &windows);
+    let mut located = locate::of_quantity(Law::Carriage, rig, tracks, &output, quantity, columns);
+    located.share = 1.0;
+    if let Some(number) = in_one_number(&windows) {
+        located.when = format!("{}: {number}", located.when);
+    }
+    Some(located)
+}
+
+/// The windows of all recordings, where both sensors are known.
+fn windows(rig: &Rig, tracks: &[Track<'_>]) -> Option<Vec<Window>> {
+    let (of_x, of_v) = (noise::declared(rig, "x")?, noise::declared(rig, "v")?);
+    let mut all = Vec::new();
+    for (recording, track) in tracks.iter().enumerate() {
+        let time_s = &track.recording.time_s;
+        let (x, v) = (track.recording.signal("x")?, track.recording.signal("v")?);
+        let longest_s = 1.5 * ROWS as f64 * median_step_s(time_s);
+        for from in (0..time_s.len().saturating_sub(ROWS)).step_by(ROWS) {
+            let to = from + ROWS;
+            let seconds = time_s[to] - time_s[from];
+            if seconds > longest_s {
+                continue;
+            }
+            let way_m: f64 = (from..to)
+                .map(|row| 0.5 * (v[row] + v[row + 1]) * (time_s[row + 1] - time_s[row]))
+                .sum();
+            all.push(Window {
+                recording,
+                rows: (from, to),
+                seconds,
+                way_m,
+                apart_m: x[to] - x[from] - way_m,
+                rise_m_per_s: v[to] - v[from],
+                noise_m: (2.0 * of_x * of_x + (of_v * seconds).powi(2) / ROWS as f64).sqrt(),
+            });
+        }
+    }
+    (!all.is_empty()).then_some(all)
+}
+
+/// Takes the shift between the channels of a recording away, as far as it may be one.
+fn bring_together(windows: &mut [Window], recording: usize, most_s: f64) {
+    let own = |window: &&mut Window| window.recording == recording;
+    let seen = windows
+        .iter()
+        .filter(|window| window.recording == recording);
+    let late_s = slope(seen, |window| window.rise_m_per_s).clamp(-most_s, most_s);
+    for window in windows.iter_mut().filter(own) {
+        window.apart_m -= late_s * window.rise_m_per_s;
+    }
+}
+
+/// How much of a quantity the windows are apart by, least squares.
+fn slope<'w>(windows: impl Iterator<Item = &'w Window>, by: impl Fn(&Window) -> f64) -> f64 {
+    let sums = windows.fold((0.0, 0.0), |(product, square), window| {
+        let (weight, by) = (window.noise_m.powi(-2), by(window));
+        (
+            product + weight * by * window.apart_m,
+            square + weight * by * by,
+        )
+    });
+    if sums.1 > 0.0 { sums.0 / sums.1 } else { 0.0 }
+}
+
+/// Energy of what the windows are apart by, in units of the noise's.
+fn energy(windows: &[Window], apart_m: impl Fn(&Window) -> f64) -> f64 {
+    let squares = windows
+        .iter()
+        .map(|window| (apart_m(window) / window.noise_m).powi(2));
+    squares.sum::<f64>() / windows.len() as f64
+}
+
+/// Whether the sensors disagree by more than noise, and by so much that it matters.
+fn is_material(windows: &[Window]) -> bool {
+    let over_noise = energy(windows, |window| window.apart_m) - 1.0;
+    let of_way = energy(windows, |window| window.way_m);
+    over_noise > MISSED && over_noise > MATERIAL * MATERIAL * of_way
+}
+
+/// The one number that is wrong, in words, if it is one.
+fn in_one_number(windows: &[Window]) -> Option<String> {
+    let missed = energy(windows, |window| window.apart_m) - 1.0;
+    let without = |by: fn(&Window) -> f64| {
+        let size = slope(windows.iter(), by);
+        let left = energy(windows, |window| window.apart_m - size * by(window)) - 1.0;
+        (size, left)
+    };
+    let numbers: [(fn(&Window) -> f64, fn(f64) -> String); 3] = [
+        (
+            |window| window.rise_m_per_s,
+            |late_s| {
+                let ms = plain(1e3 * late_s.abs(), 2);
+                let which = if late_s > 0.0 { "late" } else { "early" };
+                format!("as if the velocity came {ms} ms {which}")
+            },
+        ),
+        (
+            |window| window.way_m,
+            |more| {
+                let part = plain(1.0 / (1.0 + more), 3);
+                format!("as if the velocity showed {part} times the rate of the position")
+            },
+        ),
+        (
+            |window| window.seconds,
+            |more_m_per_s| {
+                let off = plain(-1e3 * more_m_per_s, 2);
+                format!("as if the velocity were off by {off} mm/s")
+            },
+        ),
+    ];
+    let tried = numbers.into_iter().map(|(by, words)| (without(by), words));
+    let ((size, left), words) = tried.min_by(|a, b| a.0.1.total_cmp(&b.0.1))?;
+    (left < ONE_NUMBER * missed).then(|| words(size))
+}
+
+/// What the windows are apart by per second, at each of their rows.
+fn columns(tracks: &[Track<'_>], windows: &[Window]) -> Vec<Vec<f64>> {
+    let empty = |track: &Track<'_>| vec![f64::NAN; track.len()];
+    let mut columns: Vec<Vec<f64>> = tracks.iter().map(empty).collect();
+    for window in windows {
+        let (from, to) = window.rows;
+        columns[window.recording][from..to].fill(window.apart_m / window.seconds);
+    }
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawn;
+    use super::*;
+    use crate::recording::Recording;
+    use truth_plant::{Kind, Request, Strength};
+
+    fn found(request: &Request, change: impl Fn(&mut Vec<f64>)) -> Option<Located> {
+        let (rig, mut recordings) = drawn::read(request);
+        for recording in &mut recordings {
+            change(recording.signals.get_mut("v").unwrap());
+        }
+        at(&rig, &recordings, false)
+    }
+
+    fn at(rig: &Rig, recordings: &[Recording], is_skew_named: bool) -> Option<Located> {
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        contradiction(rig, &tracks, is_skew_named, false)
+    }
+
+    fn healthy() -> Request {
+        Request::new(1, Kind::Nothing).with_noise(1.0)
+    }
+
+    #[test]
+    fn prop_sound_sensors_agree() {
+        for seed in 1..5 {
+            let request = Request::new(seed, Kind::Nothing).with_noise(1.0);
+            assert!(found(&request, |_| ()).is_none(), "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn val_a_filter_of_8_ms_comes_out_as_its_delay() {
+        let filtered = |v: &mut Vec<f64>| {
+            let mut shown = v[0];
+            for value in v {
+                shown += (*value - shown) / 8.0;
+                *value = shown;
+            }
+        };
+        let located = found(&healthy(), filtered).unwrap();
+        assert_eq!(located.place, "sensor.v");
+        // Rows of 1 ms: the mean age of what an exponential mean holds is 7 ms.
+        assert!(located.when.contains("7.0 ms late"), "{}", located.when);
+        assert_eq!(located.leading().unwrap().name, "acceleration");
+    }
+
+    #[test]
+    fn val_a_gain_of_0_95_comes_out_as_it_is() {
+        let located = found(&healthy(), |v| v.iter_mut().for_each(|v| *v *= 0.95)).unwrap();
+        let number = located.when.split("showed ").nth(1).unwrap();
+        let gain: f64 = number.split(' ').next().unwrap().parse().unwrap();
+        assert!((gain - 0.95).abs() < 0.002, "{}", located.when);
+    }
+
+    #[test]
+    fn prop_what_no_engineer_would_mind_is_no_contradiction() {
+        let slightly = |v: &mut Vec<f64>| v.iter_mut().for_each(|v| *v *= 0.995);
+        assert!(found(&healthy(), slightly).is_none());
+        let by_a_row = |v: &mut Vec<f64>| v.rotate_right(1);
+        assert!(found(&healthy(), by_a_row).is_none());
+    }
+
+    #[test]
+    fn prop_a_skew_that_was_named_contradicts_nothing() {
+        let (rig, recordings) =
+            drawn::of_kind(Kind::Single, 5, Strength::Strong, "position-time-skew");
+        assert!(at(&rig, &recordings, true).is_none());
+    }
+}
