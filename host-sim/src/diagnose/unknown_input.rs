@@ -95,8 +95,7 @@ fn inputs() -> Vec<Input> {
             "command",
             "V",
             &[("valve.null_V", -1.0)],
-            // A fifth of the way to either end: what an amplifier may lose.
-            both_ways(1.0),
+            both_ways(0.5),
         ),
         input(
             "supply",
