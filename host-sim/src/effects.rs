@@ -253,6 +253,23 @@ pub const EFFECTS: &[Effect] = &[
         ],
     },
     Effect {
+        // No physics with a name: what recordings asked for of the valve.
+        name: "unknown-opening",
+        parameters: &[
+            parameter("from", "V", 0.0, 0.0),
+            parameter("to", "V", 1.0, 0.0),
+            signed("shift_0_V", "V"),
+            signed("shift_1_V", "V"),
+            signed("shift_2_V", "V"),
+            signed("shift_3_V", "V"),
+            signed("shift_4_V", "V"),
+            signed("shift_5_V", "V"),
+            signed("shift_6_V", "V"),
+            signed("shift_7_V", "V"),
+            signed("shift_8_V", "V"),
+        ],
+    },
+    Effect {
         name: "end-cushion",
         parameters: &[
             parameter("length_m", "m", 0.0, 0.0),
@@ -293,6 +310,11 @@ impl Effect {
     pub fn parameter(&self, key: &str) -> Option<&'static EffectParameter> {
         self.parameters.iter().find(|known| known.key == key)
     }
+}
+
+/// Whether this is a table that recordings asked for, and no physics with a name.
+pub fn is_unnamed(name: &str) -> bool {
+    name.starts_with("unknown-")
 }
 
 /// Whether a law may read this key and take this value for an absent one.

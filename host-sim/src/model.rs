@@ -13,17 +13,23 @@ use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
     CarriageEffects, ChamberLeakage, DirectionDependentFriction, DwellStiction, ElasticBuffer,
-    EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, ForceVariable, FrictionTerms, LoadCoupling,
-    PistonLeakage, PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop, TubeLine,
-    UnknownForce, ValveDelay, ValveHysteresis, VariableHeatTransfer, WallTemperature,
+    EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, ForceVariable, FrictionTerms, KNOTS,
+    LoadCoupling, PistonLeakage, PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop,
+    TubeLine, UnknownForce, ValveDelay, ValveHysteresis, VariableHeatTransfer, WallTemperature,
+    over_knots,
 };
 use model_core::paper;
 use model_core::real::Real;
 use model_core::valve::{AreaTable, FlowLaw, GasState, TABLE_CAPACITY, TableFault, Valve};
 
 /// Key of the force at a knot of an unknown force's table.
-pub fn knot_key(knot: usize) -> String {
+pub fn force_key(knot: usize) -> String {
     format!("force_{knot}_N")
+}
+
+/// Key of the shift at a knot of an unknown opening's table.
+pub fn shift_key(knot: usize) -> String {
+    format!("shift_{knot}_V")
 }
 
 /// Which chamber.
@@ -172,6 +178,7 @@ impl<R: Real> Values<'_, R> {
         let valve = self.rig.valve.as_ref()?;
         let table = |areas: &[f64], scale: &str| {
             let mut table = AreaTable::new(&valve.opening_v, areas)?;
+            self.shift_openings(&mut table);
             table.opening_stretch = self.get_or("valve.opening_V", 1.0);
             table.area_scale = self.get_or(scale, 1.0);
             Ok(table)
@@ -186,6 +193,16 @@ impl<R: Real> Values<'_, R> {
             })
         };
         Some(build())
+    }
+
+    /// Moves the openings of a valve's table by what recordings asked for.
+    fn shift_openings(&self, table: &mut AreaTable<R>) {
+        let number = |key: &str, neutral| self.effect("unknown-opening", key, neutral);
+        let shifts_v: [R; KNOTS] = std::array::from_fn(|knot| number(&shift_key(knot), 0.0));
+        if shifts_v.iter().any(|shift_v| *shift_v != R::ZERO) {
+            let (from, to) = (number("from", 0.0), number("to", 1.0));
+            table.shift_openings(|opening_v| over_knots(from, to, &shifts_v, opening_v));
+        }
     }
 
     /// The path from command to spool, for steps of `dt_s`.
@@ -517,7 +534,7 @@ impl<R: Real> Values<'_, R> {
             },
             from: number("from", -1.0),
             to: number("to", 1.0),
-            at_knot_n: std::array::from_fn(|knot| number(&knot_key(knot), 0.0)),
+            at_knot_n: std::array::from_fn(|knot| number(&force_key(knot), 0.0)),
         }
     }
 

@@ -3,11 +3,11 @@
 //! was made.
 
 use super::{
-    Curve, OPEN_DETAIL, force_table, located_misfit, needed_input, prediction_stack,
+    Curve, OPEN_DETAIL, located_misfit, missing_term, needed_input, prediction_stack,
     shade_intervals, worst_recording,
 };
 use crate::diagnose::proof::Run;
-use crate::diagnose::unknown_force;
+use crate::diagnose::unknown_term;
 use crate::diagnose::verdict::{Effect, Estimate, FitFigures, Verdict, WouldShow};
 use crate::diagnose::{BreakAway, Diagnosis, LawDiagnosis, Model, summary, words};
 use crate::effects;
@@ -211,10 +211,16 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
             needed_input(section, input, Role::Refitted);
         }
         if let Some(term) = &law.term {
-            let table = unknown_force::table(&law.candidates[term.candidate], &law.improved);
-            let variable = unknown_force::name(term.variable);
-            force_table(section, variable, &table, 1.0 - term.share);
+            let table = unknown_term::table(&law.candidates[term.candidate], &law.improved);
+            missing_term(section, term.shape, &table, 1.0 - term.share);
         }
+    }
+    if let Some(velocity) = &diagnosis.velocity {
+        section.subheading("Position and velocity");
+        section.text(
+            "No law needs the recorded velocity. It is the rate of the position, within the noise of both: here it is not.",
+        );
+        located_misfit(section, velocity, Role::Refitted);
     }
 }
 

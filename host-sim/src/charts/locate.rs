@@ -2,6 +2,7 @@
 //! with, and how.
 
 use crate::diagnose::locate::{Located, VariableShare};
+use crate::diagnose::unknown_term::Shape;
 use crate::report::{BarChart, Chart, ChartStack, Role, Section, Series};
 use crate::units::shown;
 
@@ -173,36 +174,44 @@ pub fn needed_input(section: &mut Section, input: &Located, role: Role) {
     });
 }
 
-/// The table of a force that no law explains: variable, force and its deviation.
-pub fn force_table(
-    section: &mut Section,
-    (variable, unit): (&str, &'static str),
-    table: &[(f64, f64, f64)],
-    left: f64,
-) {
+/// The table of what no law explains: variable, value and its deviation.
+pub fn missing_term(section: &mut Section, shape: Shape, table: &[(f64, f64, f64)], left: f64) {
+    let ((variable, variable_unit), (quantity, unit)) = (shape.variable(), shape.quantity());
+    let shared = match shape {
+        Shape::ForceOverPosition | Shape::ForceOverVelocity => {
+            "A part that is proportional to the velocity, or constant, may as well belong to the declared friction"
+        }
+        Shape::ShiftOfOpenings => {
+            "A part that is proportional to the opening may as well belong to the declared stretch of the openings, and a \
+             command that is off looks like openings that are"
+        }
+    };
     section.text(format!(
-        "No effect of the list explains this law, but its shape can be modelled: a force over the {variable}, \
+        "No effect of the list explains this law, but its shape can be modelled: {}, \
          fitted with all ordinary parameters, leaves {:.0} % of the misfit in data that it was not fitted to. \
-         The improved rig holds it as `unknown-force`. A part that is proportional to the velocity, or constant, \
-         may as well belong to the declared friction: the band tells how free it is.",
-        100.0 * left
+         The improved rig holds it as `{}`. {shared}: the band tells how free it is.",
+        shape.phrase().trim_end_matches(", as tabled"),
+        100.0 * left,
+        shape.name(),
     ));
-    let x = shown(unit);
-    let band = table.iter().map(|&(at, force_n, deviation_n)| {
-        let (low_n, high_n) = (force_n - deviation_n, force_n + deviation_n);
-        (at * x.per_si, low_n, high_n)
+    let (x, y) = (shown(variable_unit), shown(unit));
+    let band = table.iter().map(|&(at, value, deviation)| {
+        let (low, high) = (value - deviation, value + deviation);
+        (at * x.per_si, low * y.per_si, high * y.per_si)
     });
     let points: Vec<(f64, f64)> = table
         .iter()
-        .map(|&(at, force_n, _)| (at * x.per_si, force_n))
+        .map(|&(at, value, _)| (at * x.per_si, value * y.per_si))
         .collect();
-    let chart = Chart::new(format!("The force that is missing, over the {variable}"))
-        .x_axis(variable, x.unit)
-        .y_axis("force against +x", "N")
-        .height(HEIGHT_PX)
-        .band("± one deviation", Role::Improved, band)
-        .series(Series::new("table", Role::Improved, points.clone()))
-        .series(Series::new("knots", Role::Improved, points).dots())
-        .level(0.0, "");
+    let chart = Chart::new(format!(
+        "The {quantity} that is missing, over the {variable}"
+    ))
+    .x_axis(variable, x.unit)
+    .y_axis(quantity, y.unit)
+    .height(HEIGHT_PX)
+    .band("± one deviation", Role::Improved, band)
+    .series(Series::new("table", Role::Improved, points.clone()))
+    .series(Series::new("knots", Role::Improved, points).dots())
+    .level(0.0, "");
     section.chart(chart);
 }

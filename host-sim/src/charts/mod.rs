@@ -19,7 +19,7 @@ pub use compare::compare_page;
 pub use diagnosis::diagnosis_page;
 pub use fit::fit_page;
 pub use inspection::inspection_page;
-pub use locate::{force_table, located_misfit, needed_input, shade_intervals};
+pub use locate::{located_misfit, missing_term, needed_input, shade_intervals};
 use prediction::worst_recording;
 pub use prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack};
 

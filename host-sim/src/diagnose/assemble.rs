@@ -9,7 +9,7 @@ use super::verdict::{
     Verdict,
 };
 use super::words::{self, Size};
-use super::{LawDiagnosis, Model, knowability, locate, shown, unknown_force};
+use super::{LawDiagnosis, Model, knowability, locate, shown, unknown_term};
 use crate::fit::Presence;
 use crate::inspect::Fault;
 use crate::laws::Output;
@@ -373,17 +373,17 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     let Some(term) = &law.term else {
         return as_tabled(located, expression);
     };
-    let candidate = &law.candidates[term.candidate];
-    let (name, _) = unknown_force::name(term.variable);
+    let (name, _) = term.shape.variable();
     Some(UnknownTerm {
-        place: located.place.into(),
+        place: term.shape.place().into(),
         of: vec![name.into()],
         expression: format!(
-            "{expression}; a force over the {name}, as tabled, leaves {} of it in data that it was not fitted to",
+            "{expression}; {} leaves {} of it in data that it was not fitted to",
+            term.shape.phrase(),
             percent(1.0 - term.share)
         ),
-        unit: "N".into(),
-        table: unknown_force::table(candidate, &law.improved),
+        unit: term.shape.quantity().1.into(),
+        table: unknown_term::table(&law.candidates[term.candidate], &law.improved),
     })
 }
 
@@ -739,8 +739,7 @@ fn lost_commands_note(law: &LawDiagnosis) -> Option<String> {
 /// The named effects of a law, or its table, in words.
 pub fn what_was_put_in(law: &LawDiagnosis) -> String {
     if let Some(term) = &law.term {
-        let (variable, _) = unknown_force::name(term.variable);
-        return format!("a force over the {variable}, as tabled");
+        return term.shape.phrase();
     }
     let named = named(law);
     if named.is_empty() {

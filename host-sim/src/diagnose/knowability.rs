@@ -6,7 +6,6 @@
 //! against it, only that other recordings are needed.
 
 use super::candidates::Candidate;
-use super::unknown_force;
 use crate::effects;
 use crate::laws::{Law, Track};
 use std::collections::BTreeSet;
@@ -97,7 +96,7 @@ pub fn not_observable<'a>(tried: impl Iterator<Item = &'a str>) -> Vec<String> {
     effects::EFFECTS
         .iter()
         .map(|effect| effect.name)
-        .filter(|name| !tried.contains(name) && *name != unknown_force::NAME)
+        .filter(|name| !tried.contains(name) && !effects::is_unnamed(name))
         .map(Into::into)
         .collect()
 }

@@ -36,8 +36,8 @@ pub mod search;
 mod shown;
 mod strayed;
 pub mod summary;
-pub mod unknown_force;
 mod unknown_input;
+pub mod unknown_term;
 pub mod verdict;
 pub mod words;
 
@@ -133,7 +133,7 @@ pub struct LawDiagnosis {
     /// Whether only held-out recordings show that something is missing.
     pub is_surprised: bool,
     /// A table in the place of a force that no effect explains.
-    pub term: Option<unknown_force::Term>,
+    pub term: Option<unknown_term::Term>,
     /// What the effects came to that a table was put in the place of.
     of_effects: Option<Box<LawDiagnosis>>,
     /// How much of each accepted effect a refit hides.
@@ -409,7 +409,7 @@ struct Settled {
     explained: f64,
     /// The model with them, or with a table.
     improved: Fitted,
-    term: Option<unknown_force::Term>,
+    term: Option<unknown_term::Term>,
 }
 
 fn diagnose_law(
@@ -452,7 +452,7 @@ fn tabled(
     progress: &dyn Fn(&str),
 ) -> LawDiagnosis {
     progress("a table in the place of a law");
-    let found = unknown_force::find(full, &searched.baseline, &of_effects.improved);
+    let found = unknown_term::find(full, &searched.baseline, &of_effects.improved);
     let Some((term, improved)) = found else {
         return of_effects;
     };
@@ -761,9 +761,9 @@ mod tests {
         let frozen = &mut law.frozen[Model::Improved as usize];
         frozen.rig = frozen.rig.with_values(&heavy);
         law.evidence.iter_mut().for_each(|one| one.accepted = false);
-        law.term = Some(unknown_force::Term {
+        law.term = Some(unknown_term::Term {
             candidate: 0,
-            variable: model_core::left_out::ForceVariable::Velocity,
+            shape: unknown_term::Shape::ForceOverVelocity,
             share: 0.9,
         });
         law.of_effects = Some(Box::new(found()));

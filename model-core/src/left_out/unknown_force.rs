@@ -67,30 +67,33 @@ impl<R: Real> UnknownForce<R> {
         if self.is_neutral() {
             return R::ZERO;
         }
-        self.at(match self.over {
+        let variable = match self.over {
             ForceVariable::Position => position_m,
             ForceVariable::Velocity => velocity_m_per_s,
-        })
+        };
+        over_knots(self.from, self.to, &self.at_knot_n, variable)
     }
+}
 
-    fn at(&self, variable: R) -> R {
-        let pieces = R::from_f64((KNOTS - 1) as f64);
-        let reach = (self.to - self.from).max(R::from_f64(LEAST_REACH));
-        let place = (variable - self.from) / reach * pieces;
-        let mut force_n = self.at_knot_n[0];
-        for (knot, pair) in self.at_knot_n.windows(2).enumerate() {
-            let least = if knot == 0 { -GOES_ON } else { 0.0 };
-            let most = if knot == KNOTS - 2 {
-                1.0 + GOES_ON
-            } else {
-                1.0
-            };
-            let share = place - R::from_f64(knot as f64);
-            let share = share.clamp(R::from_f64(least), R::from_f64(most));
-            force_n += share * (pair[1] - pair[0]);
-        }
-        force_n
+/// A table of even knots from `from` to `to`, piecewise linear; beyond its ends it goes on as its
+/// last piece does, for half of its reach, and then stays.
+pub fn over_knots<R: Real>(from: R, to: R, at_knot: &[R; KNOTS], variable: R) -> R {
+    let pieces = R::from_f64((KNOTS - 1) as f64);
+    let reach = (to - from).max(R::from_f64(LEAST_REACH));
+    let place = (variable - from) / reach * pieces;
+    let mut value = at_knot[0];
+    for (knot, pair) in at_knot.windows(2).enumerate() {
+        let least = if knot == 0 { -GOES_ON } else { 0.0 };
+        let most = if knot == KNOTS - 2 {
+            1.0 + GOES_ON
+        } else {
+            1.0
+        };
+        let share = place - R::from_f64(knot as f64);
+        let share = share.clamp(R::from_f64(least), R::from_f64(most));
+        value += share * (pair[1] - pair[0]);
     }
+    value
 }
 
 #[cfg(test)]

@@ -5,6 +5,9 @@ use crate::real::Real;
 /// The most points a table holds. The MPYE's published table has 40.
 pub const TABLE_CAPACITY: usize = 48;
 
+/// Openings of a table that is shifted stay apart by this, V.
+const LEAST_APART_V: f64 = 1e-6;
+
 /// Why a table cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableFault {
@@ -72,6 +75,17 @@ impl<R: Real> AreaTable<R> {
         };
         table.openings_v[1] = R::ONE;
         table
+    }
+
+    /// Moves every point but the first by what its opening is off by, V. No point comes to lie
+    /// before another: an opening that would is put just behind it.
+    pub fn shift_openings(&mut self, off_by_v: impl Fn(R) -> R) {
+        let mut before_v = self.openings_v[0];
+        for opening_v in self.openings_v.iter_mut().take(self.length).skip(1) {
+            let least_v = before_v + R::from_f64(LEAST_APART_V);
+            *opening_v = (*opening_v + off_by_v(*opening_v)).max(least_v);
+            before_v = *opening_v;
+        }
     }
 
     /// The openings of the points, V.
@@ -168,6 +182,23 @@ fn interpolate<R: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn prop_shifted_openings_stay_in_order_and_the_first_in_its_place() {
+        let openings_v = [0.0, 0.3, 1.0, 2.0];
+        let areas_m2 = [1e-7, 1e-7, 2e-6, 5e-6];
+        let table = AreaTable::<f64>::new(&openings_v, &areas_m2).unwrap();
+        let mut later = table;
+        later.shift_openings(|opening_v| 0.1 * opening_v);
+        for (opening_v, area_m2) in [(0.0, 1e-7), (0.33, 1e-7), (1.1, 2e-6), (2.2, 5e-6)] {
+            assert!((later.area_m2(opening_v) - area_m2).abs() < 1e-18);
+        }
+        let mut folded = table;
+        folded.shift_openings(|opening_v| -3.0 * opening_v);
+        let openings_v = folded.openings_v();
+        assert!(openings_v.windows(2).all(|pair| pair[0] < pair[1]));
+        assert!(openings_v[0].abs() < f64::MIN_POSITIVE);
+    }
 
     #[test]
     fn prop_points_are_met_and_the_ends_are_level() {

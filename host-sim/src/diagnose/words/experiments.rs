@@ -283,6 +283,10 @@ const SHOWN_BY: &[(&str, &str)] = &[
         "unknown-force",
         "strokes both ways over the whole stroke at several constant speeds",
     ),
+    (
+        "unknown-opening",
+        "strokes both ways at several constant commands from the dead zone to fully open",
+    ),
     ("end-cushion", "strokes to both ends at two speeds"),
     (
         "pressure-sensor-lag",

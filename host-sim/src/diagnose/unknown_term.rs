@@ -1,0 +1,311 @@
+//! A table in the place of what no effect of the list explains.
+//!
+//! An effect of no list has no law to fit, but it has a shape. Where the force
+//! balance misses something and no effect explains it, a force that is piecewise
+//! linear over the position, or over the velocity, is fitted together with all
+//! ordinary parameters; where chambers with a valve do, a shift of the valve's openings
+//! over themselves (an amplifier that gives less the more it is asked for, edges that are worn).
+//! It stays if stretches that were left out of the fit are plainly
+//! better predicted with it than with the effects that were found (as well, if those come and go
+//! at moments that were chosen to suit them), and then goes into
+//! the improved rig as `[effects.unknown-force]` or `[effects.unknown-opening]`: simulator and
+//! controller hold it like any effect. The held-out recordings judge it as they judge a named one.
+//!
+//! Limits: nine knots over what was recorded, so a wave shorter than a quarter of it
+//! does not show. A valve's openings are the same to either side. What goes with time, or has a
+//! memory of its own, is located only.
+
+use super::candidates::Candidate;
+use super::fitted::{Bench, Fitted};
+use super::search::plain_ratio;
+use crate::fit::law_problem::{Folds, FreeParameter};
+use crate::laws::{Law, Track};
+use crate::model::{force_key, shift_key};
+use model_core::left_out::KNOTS;
+
+/// What is a table of what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// A force over the position.
+    ForceOverPosition,
+    /// A force over the velocity.
+    ForceOverVelocity,
+    /// A shift of the valve's openings over the opening.
+    ShiftOfOpenings,
+}
+
+/// A table that stood up to data it was not fitted to.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Its candidate.
+    pub candidate: usize,
+    /// What it is a table of.
+    pub shape: Shape,
+    /// Part of the amplitude of the misfit, above the noise, that it takes away in
+    /// data it was not fitted to.
+    pub share: f64,
+}
+
+impl Shape {
+    /// The shapes that a law can hold.
+    fn of(bench: &Bench<'_>) -> &'static [Self] {
+        match bench.law {
+            Law::Balance | Law::Force => &[Self::ForceOverPosition, Self::ForceOverVelocity],
+            Law::Chambers if bench.rig.valve.is_some() => &[Self::ShiftOfOpenings],
+            _ => &[],
+        }
+    }
+
+    /// The name in a rig file; no verdict names it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ForceOverPosition | Self::ForceOverVelocity => "unknown-force",
+            Self::ShiftOfOpenings => "unknown-opening",
+        }
+    }
+
+    /// Its place in a verdict.
+    pub fn place(self) -> &'static str {
+        match self {
+            Self::ForceOverPosition | Self::ForceOverVelocity => "force-balance",
+            Self::ShiftOfOpenings => "valve-command",
+        }
+    }
+
+    /// What is tabled, and its unit.
+    pub fn quantity(self) -> (&'static str, &'static str) {
+        match self {
+            Self::ForceOverPosition | Self::ForceOverVelocity => ("force", "N"),
+            Self::ShiftOfOpenings => ("shift of the valve's openings", "V"),
+        }
+    }
+
+    /// What it is tabled over, and its unit.
+    pub fn variable(self) -> (&'static str, &'static str) {
+        match self {
+            Self::ForceOverPosition => ("position", "m"),
+            Self::ForceOverVelocity => ("velocity", "m/s"),
+            Self::ShiftOfOpenings => ("opening", "V"),
+        }
+    }
+
+    /// The table in words.
+    pub fn phrase(self) -> String {
+        format!(
+            "a {} over the {}, as tabled",
+            self.quantity().0,
+            self.variable().0
+        )
+    }
+
+    /// Least and largest value of the variable in the recordings.
+    fn range(self, bench: &Bench<'_>) -> Option<(f64, f64)> {
+        let empty = (f64::INFINITY, f64::NEG_INFINITY);
+        let within = |(least, most): (f64, f64), value: f64| (least.min(value), most.max(value));
+        let motions = || {
+            bench
+                .tracks
+                .iter()
+                .filter_map(|track| track.motion.as_ref())
+        };
+        let (from, to) = match self {
+            Self::ForceOverPosition => motions()
+                .flat_map(|motion| motion.position_m.iter().copied())
+                .fold(empty, within),
+            Self::ForceOverVelocity => motions()
+                .flat_map(|motion| motion.velocity_m_per_s.iter().copied())
+                .fold(empty, within),
+            Self::ShiftOfOpenings => {
+                let null_v = bench.rig.value("valve.null_V")?;
+                let commands = bench
+                    .tracks
+                    .iter()
+                    .filter_map(|track| track.recording.signal("u"));
+                let openings = commands
+                    .flatten()
+                    .map(|command_v| (command_v - null_v).abs());
+                openings.fold((0.0, f64::NEG_INFINITY), within)
+            }
+        };
+        (from < to).then_some((from, to))
+    }
+
+    fn candidate(self, bench: &Bench<'_>) -> Option<Candidate> {
+        let (from, to) = self.range(bench)?;
+        let mut ends = vec![("from", from), ("to", to)];
+        if self == Self::ForceOverVelocity {
+            ends.push(("of_velocity", 1.0));
+        }
+        let (key, size): (fn(usize) -> String, f64) = match self {
+            Self::ShiftOfOpenings => (shift_key, LARGEST_SHIFT * to),
+            _ => (force_key, bench.largest_force_n()),
+        };
+        let keys: Vec<String> = (0..KNOTS).map(key).collect();
+        Some(Candidate::table(
+            self.name(),
+            self.place(),
+            &ends,
+            &keys,
+            size,
+        ))
+    }
+}
+
+/// Part of the largest opening by which openings may be off, one standard deviation; chosen.
+const LARGEST_SHIFT: f64 = 0.1;
+
+/// Variable, value and its deviation at every knot.
+pub fn table(candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
+    let end = |which: &str| {
+        let key = format!("effects.{}.{which}", candidate.effect);
+        let switch = candidate.switches.iter().find(|(name, _)| *name == key);
+        switch.map_or(f64::NAN, |(_, value)| *value)
+    };
+    let (from, to) = (end("from"), end("to"));
+    let knot = |(index, free): (usize, &FreeParameter)| {
+        let place = model.place(&free.key)?;
+        let x = from + (to - from) * index as f64 / (KNOTS - 1) as f64;
+        let deviation = model.standard_deviations[place].unwrap_or(f64::INFINITY);
+        Some((x, model.values[place], deviation))
+    };
+    candidate.free.iter().enumerate().filter_map(knot).collect()
+}
+
+/// The table that explains most of what the baseline misses, with the model that holds
+/// it; `None` where none predicts data that it was not fitted to plainly better than
+/// the `named` effects do. The bench gets its candidate.
+pub fn find(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Term, Fitted)> {
+    let lengths: Vec<usize> = bench.tracks.iter().map(Track::len).collect();
+    let folds = std::mem::replace(&mut bench.folds, Folds::interleaved(&lengths));
+    let found = best(bench, baseline, named);
+    bench.folds = folds;
+    found
+}
+
+fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Term, Fitted)> {
+    let before = bench.candidates.len();
+    let most = if named.presence.is_some() {
+        1.0
+    } else {
+        plain_ratio(named.set.len())
+    };
+    let mut best: Option<(Term, Fitted)> = None;
+    for &shape in Shape::of(bench) {
+        let Some(candidate) = shape.candidate(bench) else {
+            continue;
+        };
+        let index = bench.candidates.len();
+        bench.candidates.push(candidate);
+        let Some(with) = bench.fit(&[index], Some(baseline)) else {
+            continue;
+        };
+        let fitted = |model: &Fitted| above_noise(bench, &bench.by_fold(model));
+        let left = |model: &Fitted| above_noise(bench, &bench.cross_validate(model));
+        // What was not fitted is predicted no better than what was, and takes four fits to know.
+        if ratio(fitted(&with), fitted(named)) > most {
+            continue;
+        }
+        let [by_table, by_named] = [&with, named].map(left);
+        if ratio(by_table, by_named) > most {
+            continue;
+        }
+        let by_baseline = if named.set.is_empty() {
+            by_named
+        } else {
+            left(baseline)
+        };
+        let term = Term {
+            candidate: index,
+            shape,
+            share: 1.0 - ratio(by_table, by_baseline),
+        };
+        let is_better = |(best, _): &(Term, Fitted)| best.share < term.share;
+        if best.as_ref().is_none_or(is_better) {
+            best = Some((term, with));
+        }
+    }
+    if best.is_none() {
+        bench.candidates.truncate(before);
+    }
+    best
+}
+
+/// Amplitude of one misfit over that of another.
+fn ratio(energy: f64, other: f64) -> f64 {
+    (energy / other).sqrt()
+}
+
+/// Energy above the noise of squares by output and fold, each output in its noise.
+fn above_noise(bench: &Bench<'_>, judged: &[Vec<f64>]) -> f64 {
+    let outputs = judged.iter().zip(&bench.noise);
+    outputs
+        .map(|(squares, noise)| {
+            let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+            (mean / noise.powi(2) - 1.0).max(f64::MIN_POSITIVE)
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::candidates::candidates;
+    use crate::diagnose::{drawn, noise, search};
+    use truth_plant::{Kind, Request, Strength};
+
+    /// Coefficient of v |v| in a table, beside one of v and a constant, by least squares:
+    /// how much is viscous and how much is quadratic the declared friction decides.
+    fn quadratic(table: &[(f64, f64, f64)]) -> f64 {
+        let row = |&(v, _, _): &(f64, f64, f64)| [v * v.abs(), v, 1.0];
+        let rows: Vec<f64> = table.iter().flat_map(row).collect();
+        let forces = table.iter().map(|&(_, force_n, _)| force_n);
+        let matrix = nalgebra::DMatrix::from_row_slice(table.len(), 3, &rows);
+        let right = nalgebra::DVector::from_iterator(table.len(), forces);
+        matrix.svd(true, true).solve(&right, 1e-12).unwrap()[0]
+    }
+
+    #[test]
+    fn val_drag_that_grows_with_the_square_of_the_speed_comes_out_as_its_table() {
+        let (rig, recordings) = drawn::off_list(77, Strength::Medium, "quadratic-friction");
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let mut bench = Bench::new(Law::Balance, &rig, &tracks);
+        let baseline = search::baseline(&bench).unwrap();
+        bench.noise = noise::floor(&bench, &baseline);
+        bench.candidates = candidates(Law::Balance, &rig, &tracks, 1.0);
+        let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
+        assert_eq!(term.shape, Shape::ForceOverVelocity);
+        let table = table(&bench.candidates[term.candidate], &model);
+        // Drawn were 39.02 N s2/m2.
+        let coefficient = quadratic(&table);
+        println!("{coefficient} N s2/m2, {} of the misfit", term.share);
+        assert!(term.share > 0.8, "{}", term.share);
+        assert!((coefficient / 39.02 - 1.0).abs() < 0.15, "{coefficient}");
+    }
+
+    /// The more it is asked for the less it gives: openings of 2 V take 2.4 V.
+    #[test]
+    fn val_an_amplifier_that_compresses_comes_out_as_its_table() {
+        const PER_V: f64 = 0.1;
+        let (rig, mut recordings) = drawn::read(&Request::new(1, Kind::Nothing));
+        let null_v = rig.value("valve.null_V").unwrap();
+        for recording in &mut recordings {
+            for command_v in recording.signals.get_mut("u").unwrap() {
+                let opening_v = *command_v - null_v;
+                *command_v += PER_V * opening_v * opening_v.abs();
+            }
+        }
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let mut bench = Bench::new(Law::Chambers, &rig, &tracks);
+        let baseline = search::baseline(&bench).unwrap();
+        bench.noise = noise::floor(&bench, &baseline);
+        let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
+        assert_eq!(term.shape, Shape::ShiftOfOpenings);
+        let mut table = table(&bench.candidates[term.candidate], &model);
+        println!("{table:?}, {} of the misfit", term.share);
+        assert!(term.share > 0.8, "{}", term.share);
+        // Openings beyond the valve's table say nothing.
+        table.retain(|&(opening_v, ..)| opening_v < 4.0);
+        let coefficient = quadratic(&table);
+        assert!((coefficient / PER_V - 1.0).abs() < 0.3, "{coefficient}");
+    }
+}
