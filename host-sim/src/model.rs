@@ -195,13 +195,13 @@ impl<R: Real> Values<'_, R> {
         Some(build())
     }
 
-    /// Moves the openings of a valve's table by what recordings asked for.
+    /// A valve whose openings are off by what recordings asked for.
     fn shift_openings(&self, table: &mut AreaTable<R>) {
         let number = |key: &str, neutral| self.effect("unknown-opening", key, neutral);
         let shifts_v: [R; KNOTS] = std::array::from_fn(|knot| number(&shift_key(knot), 0.0));
         if shifts_v.iter().any(|shift_v| *shift_v != R::ZERO) {
             let (from, to) = (number("from", 0.0), number("to", 1.0));
-            table.shift_openings(|opening_v| over_knots(from, to, &shifts_v, opening_v));
+            table.open_elsewhere(|opening_v| over_knots(from, to, &shifts_v, opening_v));
         }
     }
 

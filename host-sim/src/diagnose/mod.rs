@@ -774,4 +774,21 @@ mod tests {
         let left = |model: Model| law.held_out[model as usize][0].as_ref().unwrap().horizon[0];
         assert!(left(Model::Improved) < left(Model::Refitted));
     }
+
+    /// Four times the work would be of the square.
+    #[test]
+    fn prop_twice_as_long_recordings_take_about_twice_the_work() {
+        let strong = Strength::Strong;
+        let (rig, whole) = drawn::of_kind(Kind::Single, 3, strong, "piston-leakage");
+        let half: Vec<Recording> = whole.iter().map(|one| one.part(0..one.len() / 2)).collect();
+        for law in [Law::Chambers, Law::Carriage] {
+            let work = |recordings: &[Recording]| {
+                let found = diagnose_law(law, &rig, recordings, &|_| ());
+                found.unwrap().seconds
+            };
+            let ratio = work(&whole) / work(&half);
+            println!("{}: {ratio:.2} times the work", law.title());
+            assert!((1.0..3.0).contains(&ratio), "{}: {ratio}", law.title());
+        }
+    }
 }

@@ -19,6 +19,7 @@ use super::candidates::Candidate;
 use super::fitted::{Bench, Fitted};
 use super::search::plain_ratio;
 use crate::fit::law_problem::{Folds, FreeParameter};
+use crate::inspect::quantile;
 use crate::laws::{Law, Track};
 use crate::model::{force_key, shift_key};
 use model_core::left_out::KNOTS;
@@ -76,7 +77,7 @@ impl Shape {
     pub fn quantity(self) -> (&'static str, &'static str) {
         match self {
             Self::ForceOverPosition | Self::ForceOverVelocity => ("force", "N"),
-            Self::ShiftOfOpenings => ("shift of the valve's openings", "V"),
+            Self::ShiftOfOpenings => ("error of the valve's opening", "V"),
         }
     }
 
@@ -115,17 +116,7 @@ impl Shape {
             Self::ForceOverVelocity => motions()
                 .flat_map(|motion| motion.velocity_m_per_s.iter().copied())
                 .fold(empty, within),
-            Self::ShiftOfOpenings => {
-                let null_v = bench.rig.value("valve.null_V")?;
-                let commands = bench
-                    .tracks
-                    .iter()
-                    .filter_map(|track| track.recording.signal("u"));
-                let openings = commands
-                    .flatten()
-                    .map(|command_v| (command_v - null_v).abs());
-                openings.fold((0.0, f64::NEG_INFINITY), within)
-            }
+            Self::ShiftOfOpenings => (0.0, usual_opening_v(bench)?),
         };
         (from < to).then_some((from, to))
     }
@@ -149,6 +140,24 @@ impl Shape {
             size,
         ))
     }
+}
+
+/// Part of the rows whose openings the knots lie over: the few beyond would leave them far apart,
+/// and a table goes on beyond its ends.
+const USUAL: f64 = 0.95;
+
+/// What few of the recorded openings go beyond, V.
+fn usual_opening_v(bench: &Bench<'_>) -> Option<f64> {
+    let null_v = bench.rig.value("valve.null_V")?;
+    let commands = bench
+        .tracks
+        .iter()
+        .filter_map(|track| track.recording.signal("u"));
+    let openings_v = commands
+        .flatten()
+        .map(|command_v| (command_v - null_v).abs());
+    let mut openings_v: Vec<f64> = openings_v.collect();
+    (!openings_v.is_empty()).then(|| quantile(&mut openings_v, USUAL))
 }
 
 /// Part of the largest opening by which openings may be off, one standard deviation; chosen.
@@ -253,14 +262,14 @@ mod tests {
     use crate::diagnose::{drawn, noise, search};
     use truth_plant::{Kind, Request, Strength};
 
-    /// Coefficient of v |v| in a table, beside one of v and a constant, by least squares:
-    /// how much is viscous and how much is quadratic the declared friction decides.
-    fn quadratic(table: &[(f64, f64, f64)]) -> f64 {
-        let row = |&(v, _, _): &(f64, f64, f64)| [v * v.abs(), v, 1.0];
+    /// How much of a function a table holds, beside a straight line, by least squares: how much
+    /// of drag is viscous, and of a shift a stretch, the declared numbers decide.
+    fn part_of(table: &[(f64, f64, f64)], function: impl Fn(f64) -> f64) -> f64 {
+        let row = |&(x, _, _): &(f64, f64, f64)| [function(x), x, 1.0];
         let rows: Vec<f64> = table.iter().flat_map(row).collect();
-        let forces = table.iter().map(|&(_, force_n, _)| force_n);
+        let values = table.iter().map(|&(_, value, _)| value);
         let matrix = nalgebra::DMatrix::from_row_slice(table.len(), 3, &rows);
-        let right = nalgebra::DVector::from_iterator(table.len(), forces);
+        let right = nalgebra::DVector::from_iterator(table.len(), values);
         matrix.svd(true, true).solve(&right, 1e-12).unwrap()[0]
     }
 
@@ -276,13 +285,13 @@ mod tests {
         assert_eq!(term.shape, Shape::ForceOverVelocity);
         let table = table(&bench.candidates[term.candidate], &model);
         // Drawn were 39.02 N s2/m2.
-        let coefficient = quadratic(&table);
+        let coefficient = part_of(&table, |v| v * v.abs());
         println!("{coefficient} N s2/m2, {} of the misfit", term.share);
         assert!(term.share > 0.8, "{}", term.share);
         assert!((coefficient / 39.02 - 1.0).abs() < 0.15, "{coefficient}");
     }
 
-    /// The more it is asked for the less it gives: openings of 2 V take 2.4 V.
+    /// The more it is asked for the less it gives: asked for 2.4 V it opens by 2 V.
     #[test]
     fn val_an_amplifier_that_compresses_comes_out_as_its_table() {
         const PER_V: f64 = 0.1;
@@ -303,9 +312,11 @@ mod tests {
         let mut table = table(&bench.candidates[term.candidate], &model);
         println!("{table:?}, {} of the misfit", term.share);
         assert!(term.share > 0.8, "{}", term.share);
-        // Openings beyond the valve's table say nothing.
-        table.retain(|&(opening_v, ..)| opening_v < 4.0);
-        let coefficient = quadratic(&table);
-        assert!((coefficient / PER_V - 1.0).abs() < 0.3, "{coefficient}");
+        // Where the fully open valve's area is level nothing is told.
+        table.retain(|&(asked_v, ..)| asked_v < 5.0);
+        // asked = opens + PER_V opens^2
+        let opens_v = |asked_v: f64| ((1.0 + 4.0 * PER_V * asked_v).sqrt() - 1.0) / (2.0 * PER_V);
+        let part = part_of(&table, |asked_v| opens_v(asked_v) - asked_v);
+        assert!((part - 1.0).abs() < 0.3, "{part}");
     }
 }

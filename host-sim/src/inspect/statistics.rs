@@ -44,7 +44,7 @@ pub(super) fn runs(values: &[f64]) -> Vec<Run> {
 }
 
 /// The value below which a share of the values lies; 0 for none.
-pub(super) fn quantile(values: &mut [f64], share: f64) -> f64 {
+pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
     if values.is_empty() {
         return 0.0;
     }

@@ -5,9 +5,6 @@ use crate::real::Real;
 /// The most points a table holds. The MPYE's published table has 40.
 pub const TABLE_CAPACITY: usize = 48;
 
-/// Openings of a table that is shifted stay apart by this, V.
-const LEAST_APART_V: f64 = 1e-6;
-
 /// Why a table cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableFault {
@@ -77,14 +74,20 @@ impl<R: Real> AreaTable<R> {
         table
     }
 
-    /// Moves every point but the first by what its opening is off by, V. No point comes to lie
-    /// before another: an opening that would is put just behind it.
-    pub fn shift_openings(&mut self, off_by_v: impl Fn(R) -> R) {
-        let mut before_v = self.openings_v[0];
-        for opening_v in self.openings_v.iter_mut().take(self.length).skip(1) {
-            let least_v = before_v + R::from_f64(LEAST_APART_V);
-            *opening_v = (*opening_v + off_by_v(*opening_v)).max(least_v);
-            before_v = *opening_v;
+    /// Gives every point but the first the area of another opening, off by so much, V: what a
+    /// valve shows whose spool does not go where it is asked to. No area falls.
+    pub fn open_elsewhere(&mut self, off_by_v: impl Fn(R) -> R) {
+        let straight = Self {
+            opening_stretch: R::ONE,
+            area_scale: R::ONE,
+            ..*self
+        };
+        let mut before_m2 = self.areas_m2[0];
+        for point in 1..self.length {
+            let opening_v = at(&self.openings_v, point);
+            let area_m2 = straight.area_m2(opening_v + off_by_v(opening_v));
+            before_m2 = area_m2.max(before_m2);
+            self.areas_m2[point] = before_m2;
         }
     }
 
@@ -184,20 +187,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prop_shifted_openings_stay_in_order_and_the_first_in_its_place() {
+    fn prop_a_spool_that_goes_elsewhere_has_the_areas_of_there_and_none_falls() {
         let openings_v = [0.0, 0.3, 1.0, 2.0];
         let areas_m2 = [1e-7, 1e-7, 2e-6, 5e-6];
         let table = AreaTable::<f64>::new(&openings_v, &areas_m2).unwrap();
-        let mut later = table;
-        later.shift_openings(|opening_v| 0.1 * opening_v);
-        for (opening_v, area_m2) in [(0.0, 1e-7), (0.33, 1e-7), (1.1, 2e-6), (2.2, 5e-6)] {
-            assert!((later.area_m2(opening_v) - area_m2).abs() < 1e-18);
+        let mut half = table;
+        half.open_elsewhere(|opening_v| -0.5 * opening_v);
+        for opening_v in openings_v {
+            let expected_m2 = table.area_m2(0.5 * opening_v);
+            assert!((half.area_m2(opening_v) - expected_m2).abs() < 1e-18);
         }
+        assert_eq!(half.openings_v(), table.openings_v());
         let mut folded = table;
-        folded.shift_openings(|opening_v| -3.0 * opening_v);
-        let openings_v = folded.openings_v();
-        assert!(openings_v.windows(2).all(|pair| pair[0] < pair[1]));
-        assert!(openings_v[0].abs() < f64::MIN_POSITIVE);
+        folded.open_elsewhere(|opening_v| 1.0 - opening_v);
+        let areas_m2 = folded.areas_m2();
+        assert!(areas_m2.windows(2).all(|pair| pair[0] <= pair[1]));
+        assert!((areas_m2[0] - 1e-7).abs() < 1e-18);
     }
 
     #[test]
