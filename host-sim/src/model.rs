@@ -201,7 +201,11 @@ impl<R: Real> Values<'_, R> {
         let shifts_v: [R; KNOTS] = std::array::from_fn(|knot| number(&shift_key(knot), 0.0));
         if shifts_v.iter().any(|shift_v| *shift_v != R::ZERO) {
             let (from, to) = (number("from", 0.0), number("to", 1.0));
-            table.open_elsewhere(|opening_v| over_knots(from, to, &shifts_v, opening_v));
+            let part = |knot: usize| R::from_f64(knot as f64 / (KNOTS - 1) as f64);
+            let knots_v: [R; KNOTS] = std::array::from_fn(|knot| from + part(knot) * (to - from));
+            table.open_elsewhere(&knots_v, |opening_v| {
+                over_knots(from, to, &shifts_v, opening_v)
+            });
         }
     }
 

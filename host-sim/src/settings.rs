@@ -308,7 +308,7 @@ mod tests {
                 "buffer_length_m" | "gap_m" => 0.01,
                 "asymmetry" | "viscous_asymmetry" => 0.3,
                 "feed_area_m2" | "silencer_area_m2" | "needle_area_m2" => 5e-6,
-                "from" => -0.3,
+                "from" => 0.1,
                 "of_velocity" => return f64::from(u8::from(place.is_multiple_of(2))),
                 "rising_per_s" | "falling_per_s" => 500.0,
                 _ => 0.8,

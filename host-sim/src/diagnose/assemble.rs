@@ -739,7 +739,7 @@ fn lost_commands_note(law: &LawDiagnosis) -> Option<String> {
 /// The named effects of a law, or its table, in words.
 pub fn what_was_put_in(law: &LawDiagnosis) -> String {
     if let Some(term) = &law.term {
-        return term.shape.phrase();
+        return term.shape.phrase().trim_end_matches(',').to_owned();
     }
     let named = named(law);
     if named.is_empty() {

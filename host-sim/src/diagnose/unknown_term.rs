@@ -92,11 +92,12 @@ impl Shape {
 
     /// The table in words.
     pub fn phrase(self) -> String {
-        format!(
-            "a {} over the {}, as tabled",
-            self.quantity().0,
-            self.variable().0
-        )
+        let article = match self {
+            Self::ForceOverPosition | Self::ForceOverVelocity => "a",
+            Self::ShiftOfOpenings => "an",
+        };
+        let (quantity, variable) = (self.quantity().0, self.variable().0);
+        format!("{article} {quantity} over the {variable}, as tabled,")
     }
 
     /// Least and largest value of the variable in the recordings.
@@ -116,7 +117,11 @@ impl Shape {
             Self::ForceOverVelocity => motions()
                 .flat_map(|motion| motion.velocity_m_per_s.iter().copied())
                 .fold(empty, within),
-            Self::ShiftOfOpenings => (0.0, usual_opening_v(bench)?),
+            // A shut valve's opening says nothing.
+            Self::ShiftOfOpenings => {
+                let usual_v = usual_opening_v(bench)?;
+                (usual_v / KNOTS as f64, usual_v)
+            }
         };
         (from < to).then_some((from, to))
     }
@@ -312,8 +317,8 @@ mod tests {
         let mut table = table(&bench.candidates[term.candidate], &model);
         println!("{table:?}, {} of the misfit", term.share);
         assert!(term.share > 0.8, "{}", term.share);
-        // Where the fully open valve's area is level nothing is told.
-        table.retain(|&(asked_v, ..)| asked_v < 5.0);
+        // Within the dead zone nothing is told.
+        table.retain(|&(_, _, deviation_v)| deviation_v < 0.05);
         // asked = opens + PER_V opens^2
         let opens_v = |asked_v: f64| ((1.0 + 4.0 * PER_V * asked_v).sqrt() - 1.0) / (2.0 * PER_V);
         let part = part_of(&table, |asked_v| opens_v(asked_v) - asked_v);

@@ -148,6 +148,7 @@ const SPOKEN: &[Spoken] = &[
     say("from", "from", "m or m/s", 1.0),
     say("to", "to", "m or m/s", 1.0),
     say("force_?_N", "at knot ?", "N", 1.0),
+    say("shift_?_V", "at knot ?", "V", 1.0),
     say("buffer_length_m", "buffer's length", "mm", 1e3),
     say("buffer_stiffness_N_m", "buffer's stiffness", "N/mm", 1e-3),
     say("buffer_damping_Ns_m", "buffer's damping", "N s/m", 1.0),

@@ -5,6 +5,9 @@ use crate::real::Real;
 /// The most points a table holds. The MPYE's published table has 40.
 pub const TABLE_CAPACITY: usize = 48;
 
+/// Openings closer than this are one point, V.
+const LEAST_APART_V: f64 = 1e-6;
+
 /// Why a table cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableFault {
@@ -75,13 +78,17 @@ impl<R: Real> AreaTable<R> {
     }
 
     /// Gives every point but the first the area of another opening, off by so much, V: what a
-    /// valve shows whose spool does not go where it is asked to. No area falls.
-    pub fn open_elsewhere(&mut self, off_by_v: impl Fn(R) -> R) {
+    /// valve shows whose spool does not go where it is asked to. Openings at which that bends
+    /// become points, as far as there is room. No area falls.
+    pub fn open_elsewhere(&mut self, bends_v: &[R], off_by_v: impl Fn(R) -> R) {
         let straight = Self {
             opening_stretch: R::ONE,
             area_scale: R::ONE,
             ..*self
         };
+        for &bend_v in bends_v {
+            self.insert_opening(bend_v);
+        }
         let mut before_m2 = self.areas_m2[0];
         for point in 1..self.length {
             let opening_v = at(&self.openings_v, point);
@@ -89,6 +96,23 @@ impl<R: Real> AreaTable<R> {
             before_m2 = area_m2.max(before_m2);
             self.areas_m2[point] = before_m2;
         }
+    }
+
+    /// Makes an opening a point, unless one is there or there is no room; its area is to follow.
+    fn insert_opening(&mut self, opening_v: R) {
+        let apart_v = R::from_f64(LEAST_APART_V);
+        let mut points = self.openings_v().iter();
+        let is_there = points.any(|point_v| (*point_v - opening_v).abs() < apart_v);
+        if is_there || opening_v <= R::ZERO || self.length == TABLE_CAPACITY {
+            return;
+        }
+        let mut place = self.length;
+        while place > 1 && at(&self.openings_v, place - 1) > opening_v {
+            self.openings_v[place] = at(&self.openings_v, place - 1);
+            place -= 1;
+        }
+        self.openings_v[place] = opening_v;
+        self.length += 1;
     }
 
     /// The openings of the points, V.
@@ -192,14 +216,16 @@ mod tests {
         let areas_m2 = [1e-7, 1e-7, 2e-6, 5e-6];
         let table = AreaTable::<f64>::new(&openings_v, &areas_m2).unwrap();
         let mut half = table;
-        half.open_elsewhere(|opening_v| -0.5 * opening_v);
-        for opening_v in openings_v {
+        half.open_elsewhere(&[3.0, 0.6, 1.0, 4.0, 0.0], |opening_v| -0.5 * opening_v);
+        assert_eq!(half.openings_v(), [0.0, 0.3, 0.6, 1.0, 2.0, 3.0, 4.0]);
+        for &opening_v in half.openings_v() {
             let expected_m2 = table.area_m2(0.5 * opening_v);
             assert!((half.area_m2(opening_v) - expected_m2).abs() < 1e-18);
         }
-        assert_eq!(half.openings_v(), table.openings_v());
         let mut folded = table;
-        folded.open_elsewhere(|opening_v| 1.0 - opening_v);
+        let many_v: [f64; 2 * TABLE_CAPACITY] = core::array::from_fn(|point| 0.01 * point as f64);
+        folded.open_elsewhere(&many_v, |opening_v| 1.0 - opening_v);
+        assert_eq!(folded.openings_v().len(), TABLE_CAPACITY);
         let areas_m2 = folded.areas_m2();
         assert!(areas_m2.windows(2).all(|pair| pair[0] <= pair[1]));
         assert!((areas_m2[0] - 1e-7).abs() < 1e-18);
