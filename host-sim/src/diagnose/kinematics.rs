@@ -166,39 +166,30 @@ fn is_material(windows: &[Window]) -> bool {
 
 /// The one number that is wrong, in words, if it is one.
 fn in_one_number(windows: &[Window]) -> Option<String> {
-    let missed = energy(windows, |window| window.apart_m) - 1.0;
-    let without = |by: fn(&Window) -> f64| {
-        let size = slope(windows.iter(), by);
-        let left = energy(windows, |window| window.apart_m - size * by(window)) - 1.0;
-        (size, left)
-    };
-    let numbers: [(fn(&Window) -> f64, fn(f64) -> String); 3] = [
-        (
-            |window| window.rise_m_per_s,
-            |late_s| {
-                let ms = plain(1e3 * late_s.abs(), 2);
-                let which = if late_s > 0.0 { "late" } else { "early" };
-                format!("as if the velocity came {ms} ms {which}")
-            },
-        ),
-        (
-            |window| window.way_m,
-            |more| {
-                let part = plain(1.0 / (1.0 + more), 3);
-                format!("as if the velocity showed {part} times the rate of the position")
-            },
-        ),
-        (
-            |window| window.seconds,
-            |more_m_per_s| {
-                let off = plain(-1e3 * more_m_per_s, 2);
-                format!("as if the velocity were off by {off} mm/s")
-            },
-        ),
+    let (late_s, left_by_late) = explained(windows, |window| window.rise_m_per_s);
+    let (more, left_by_more) = explained(windows, |window| window.way_m);
+    let (slow_m_per_s, left_by_slow) = explained(windows, |window| window.seconds);
+    let which = if late_s > 0.0 { "late" } else { "early" };
+    let late = format!("came {} ms {which}", plain(1e3 * late_s.abs(), 2));
+    let gain = plain(1.0 / (1.0 + more), 3);
+    let gain = format!("showed {gain} times the rate of the position");
+    let off = format!("were off by {} mm/s", plain(-1e3 * slow_m_per_s, 2));
+    let numbers = [
+        (left_by_late, late),
+        (left_by_more, gain),
+        (left_by_slow, off),
     ];
-    let tried = numbers.into_iter().map(|(by, words)| (without(by), words));
-    let ((size, left), words) = tried.min_by(|a, b| a.0.1.total_cmp(&b.0.1))?;
-    (left < ONE_NUMBER * missed).then(|| words(size))
+    let (left, words) = numbers.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let missed = energy(windows, |window| window.apart_m) - 1.0;
+    (left < ONE_NUMBER * missed).then(|| format!("as if the velocity {words}"))
+}
+
+/// How much of a quantity explains most of what the windows are apart by, and what energy above
+/// the noise's that leaves.
+fn explained(windows: &[Window], by: fn(&Window) -> f64) -> (f64, f64) {
+    let size = slope(windows.iter(), by);
+    let left = energy(windows, |window| window.apart_m - size * by(window)) - 1.0;
+    (size, left)
 }
 
 /// What the windows are apart by per second, at each of their rows.
