@@ -781,14 +781,12 @@ mod tests {
         let strong = Strength::Strong;
         let (rig, whole) = drawn::of_kind(Kind::Single, 3, strong, "piston-leakage");
         let half: Vec<Recording> = whole.iter().map(|one| one.part(0..one.len() / 2)).collect();
-        for law in [Law::Chambers, Law::Carriage] {
-            let work = |recordings: &[Recording]| {
-                let found = diagnose_law(law, &rig, recordings, &|_| ());
-                found.unwrap().seconds
-            };
-            let ratio = work(&whole) / work(&half);
-            println!("{}: {ratio:.2} times the work", law.title());
-            assert!((1.0..3.0).contains(&ratio), "{}: {ratio}", law.title());
-        }
+        let work = |recordings: &[Recording]| {
+            let found = diagnose_law(Law::Chambers, &rig, recordings, &|_| ());
+            found.unwrap().seconds
+        };
+        let ratio = work(&whole) / work(&half);
+        println!("{ratio:.2} times the work");
+        assert!((1.0..3.0).contains(&ratio), "{ratio}");
     }
 }
