@@ -477,8 +477,13 @@ fn regress_a_rig_that_is_no_axis_says_what_it_lacks() {
 // effects
 
 /// A value that must show for each parameter of the catalogue.
-fn telling(key: &str) -> f64 {
+fn telling(effect: &str, key: &str) -> f64 {
     match key {
+        "from" if effect == "unknown-opening" => 0.2,
+        "to" if effect == "unknown-opening" => 1.1,
+        key if key.starts_with("shift_") => {
+            0.02 * f64::from(key.as_bytes()[key.len() - 3] - b'0') + 0.1
+        }
         "length_m" => 2.0,
         "tank_volume_m3" | "volume_m3" => 1e-3,
         "feed_area_m2" | "silencer_area_m2" => 5e-6,
@@ -531,10 +536,21 @@ fn telling(key: &str) -> f64 {
 
 /// Both directions, so that limits in either show.
 fn bare_scenario() -> Scenario {
-    let command = "[command]\nkind = \"pulses\"\nfrom_V = 4.0\n\
-                   pulses = [{ at_s = 0.05, duration_s = 0.1, to_V = 6.0 }]\n\
-                   [initial]\npressure_a_Pa = 5e5\npressure_b_Pa = 5e5\n";
-    let text = STEP.split("[command]").next().unwrap().to_owned() + command;
+    scenario_with(
+        "kind = \"pulses\"\nfrom_V = 4.0\n\
+         pulses = [{ at_s = 0.05, duration_s = 0.1, to_V = 6.0 }]\n",
+    )
+}
+
+/// All openings up to 1.2 V.
+fn swept_scenario() -> Scenario {
+    scenario_with("kind = \"sine\"\namplitude_V = 1.2\nfrequency_Hz = 5.0\n")
+}
+
+fn scenario_with(command: &str) -> Scenario {
+    let initial = "[initial]\npressure_a_Pa = 5e5\npressure_b_Pa = 5e5\n";
+    let before = STEP.split("[command]").next().unwrap();
+    let text = format!("{before}[command]\n{command}{initial}");
     let mut scenario = parse(&text);
     // The reduced model leaves room for the temperature's own dynamics, and has heat.
     let toml = scenario
@@ -556,9 +572,13 @@ fn table_with(scenario: &Scenario, effects: BTreeMap<String, BTreeMap<String, f6
 
 #[test]
 fn prop_every_catalogued_parameter_acts_and_is_off_when_neutral() {
-    let scenario = bare_scenario();
-    let bare = table_with(&scenario, BTreeMap::new());
     for effect in EFFECTS {
+        let scenario = if effect.name == "unknown-opening" {
+            swept_scenario()
+        } else {
+            bare_scenario()
+        };
+        let bare = table_with(&scenario, BTreeMap::new());
         let with = |value: &dyn Fn(&str) -> Option<f64>| {
             let keys = effect.parameters.iter().map(|parameter| parameter.key);
             let parameters = keys.filter_map(|key| Some((key.to_owned(), value(key)?)));
@@ -569,11 +589,11 @@ fn prop_every_catalogued_parameter_acts_and_is_off_when_neutral() {
         };
         let neutral = |key: &str| effect.parameter(key).unwrap().neutral;
         assert!(with(&neutral) == bare, "{} acts when neutral", effect.name);
-        let all = with(&|key| Some(telling(key)));
+        let all = with(&|key| Some(telling(effect.name, key)));
         for parameter in effect.parameters {
             let without = with(&|key| match key {
                 key if key == parameter.key => parameter.neutral,
-                key => Some(telling(key)),
+                key => Some(telling(effect.name, key)),
             });
             assert!(
                 without != all,
