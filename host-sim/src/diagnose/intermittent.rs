@@ -8,8 +8,9 @@
 
 use super::candidates::{Candidate, twins};
 use super::fitted::{Bench, Fitted, Set};
+use super::leaps;
 use super::prospect::{self, PROMISING};
-use super::search::mean;
+use super::search::{PLAIN_RATIO, mean};
 use crate::fit::presence::{Presence, refined_each};
 use crate::laws::Law;
 use rayon::prelude::*;
@@ -45,6 +46,8 @@ const AN_EVENT: f64 = 0.005;
 /// something is there does not depend on what it is, so every effect begins the
 /// second time from the spans of the best; unless that explains next to nothing.
 ///
+/// Offsets of gauges begin where those leap.
+///
 /// The effects that were fitted as if they were always there (`lasting`) begin where they help:
 /// what changes its sign along the way is missed no more in its spans than noise at any moment.
 pub fn search(
@@ -60,6 +63,7 @@ pub fn search(
             .par_iter()
             .filter_map(|one| where_it_helps(bench, one)),
     );
+    begun.extend(where_gauges_leap(bench, baseline));
     let first = round(bench, &begun, score, f64::INFINITY);
     let Some((best, presence)) = first
         .first()
@@ -162,6 +166,37 @@ fn where_it_helps(bench: &Bench<'_>, lasting: &Fitted) -> Option<(Set, Fitted)> 
     Some((lasting.set.clone(), begun))
 }
 
+/// An offset of each gauge that leaps, from leap to leap; of both in the spans of one, too.
+fn where_gauges_leap(bench: &Bench<'_>, baseline: &Fitted) -> Vec<(Set, Fitted)> {
+    if bench.law != Law::Chambers {
+        return Vec::new();
+    }
+    let offsets = bench.candidates.iter().enumerate();
+    let offsets = offsets.filter(|(_, one)| one.effect == leaps::OFFSET);
+    let offsets: Vec<usize> = offsets.map(|(index, _)| index).collect();
+    let sets = offsets.iter().map(|&one| vec![one]);
+    let sets: Vec<Set> = sets
+        .chain((offsets.len() > 1).then(|| offsets.clone()))
+        .collect();
+    let spans = leaps::of_gauges(bench.rig, bench.tracks);
+    let pairs = spans
+        .iter()
+        .flat_map(|spans_s| sets.iter().map(move |set| (set, spans_s)));
+    let begun = |(set, spans_s): (&Set, &Vec<Vec<(f64, f64)>>)| {
+        let presence = Some(Presence {
+            effect: leaps::OFFSET,
+            spans_s: spans_s.clone(),
+        });
+        let parent = Fitted {
+            presence,
+            ..baseline.clone()
+        };
+        (set.clone(), parent)
+    };
+    let may = |(set, _): &(&Set, _)| may_begin(bench, set);
+    pairs.filter(may).map(begun).collect()
+}
+
 /// What is promising of every start.
 fn promising_of(
     bench: &Bench<'_>,
@@ -240,7 +275,7 @@ fn is_switchable(bench: &Bench<'_>, candidate: &Candidate) -> bool {
 fn follow(bench: &Bench<'_>, begun: Fitted, score: &impl Fn(&Fitted) -> f64) -> Option<Fitted> {
     let mut best = settled(bench, bench.finished(&begun)?, score)?;
     for both in with_twin(bench, &best) {
-        if score(&both) < score(&best) {
+        if score(&both) < score(&best) + PLAIN_RATIO.ln() {
             best = settled(bench, both, score)?;
         }
     }

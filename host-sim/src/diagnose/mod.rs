@@ -20,6 +20,7 @@ mod gaps;
 mod intermittent;
 mod kinematics;
 pub mod knowability;
+mod leaps;
 pub mod limits;
 pub mod locate;
 mod loose_load;

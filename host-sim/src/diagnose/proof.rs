@@ -8,6 +8,7 @@
 use super::candidates::Candidate;
 use super::fitted::{Bench, Columns, Fitted};
 use super::intermittent;
+use super::leaps;
 use super::noise;
 use super::search::PLAIN_RATIO;
 use super::{LawDiagnosis, Model};
@@ -188,7 +189,13 @@ impl Frozen {
         let from = |part: usize| time_s[time_s.len() * part / ONSETS_TRIED];
         let stays = (0..ONSETS_TRIED).map(|part| vec![(from(part), f64::INFINITY)]);
         let seen_or_not = [seen.spans_s, nowhere.spans_s].into_iter().flatten();
-        let tried = seen_or_not.chain(stays).filter_map(|spans_s| {
+        let leaps = if effect == leaps::OFFSET {
+            leaps::of_gauges(&self.rig, tracks)
+        } else {
+            Vec::new()
+        };
+        let leaps = leaps.into_iter().flatten();
+        let tried = seen_or_not.chain(leaps).chain(stays).filter_map(|spans_s| {
             let values = fitted(&spans_s)?;
             Some((cost(&values, &spans_s), spans_s, values))
         });
