@@ -16,7 +16,7 @@ use model_core::left_out::{
     EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, ForceVariable, FrictionTerms, KNOTS,
     LoadCoupling, PistonLeakage, PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop,
     TubeLine, UnknownForce, ValveDelay, ValveHysteresis, VariableHeatTransfer, WallTemperature,
-    over_knots,
+    knots, over_knots,
 };
 use model_core::paper;
 use model_core::real::Real;
@@ -176,9 +176,13 @@ impl<R: Real> Values<'_, R> {
     /// The valve, where the rig has one.
     pub fn valve(&self) -> Option<Result<Valve<R>, TableFault>> {
         let valve = self.rig.valve.as_ref()?;
+        let shift = self.shift_of_openings();
         let table = |areas: &[f64], scale: &str| {
             let mut table = AreaTable::new(&valve.opening_v, areas)?;
-            self.shift_openings(&mut table);
+            if let Some((from, to, shifts_v)) = shift {
+                let off_by_v = |opening_v| over_knots(from, to, &shifts_v, opening_v);
+                table.open_elsewhere(&knots(from, to), off_by_v);
+            }
             table.opening_stretch = self.get_or("valve.opening_V", 1.0);
             table.area_scale = self.get_or(scale, 1.0);
             Ok(table)
@@ -195,18 +199,13 @@ impl<R: Real> Values<'_, R> {
         Some(build())
     }
 
-    /// A valve whose openings are off by what recordings asked for.
-    fn shift_openings(&self, table: &mut AreaTable<R>) {
+    /// What recordings asked the valve's openings to be off by: first and last knot, V, and the
+    /// shift at each, V; `None` where by nothing.
+    fn shift_of_openings(&self) -> Option<(R, R, [R; KNOTS])> {
         let number = |key: &str, neutral| self.effect("unknown-opening", key, neutral);
         let shifts_v: [R; KNOTS] = std::array::from_fn(|knot| number(&shift_key(knot), 0.0));
-        if shifts_v.iter().any(|shift_v| *shift_v != R::ZERO) {
-            let (from, to) = (number("from", 0.0), number("to", 1.0));
-            let part = |knot: usize| R::from_f64(knot as f64 / (KNOTS - 1) as f64);
-            let knots_v: [R; KNOTS] = std::array::from_fn(|knot| from + part(knot) * (to - from));
-            table.open_elsewhere(&knots_v, |opening_v| {
-                over_knots(from, to, &shifts_v, opening_v)
-            });
-        }
+        let is_off = shifts_v.iter().any(|shift_v| *shift_v != R::ZERO);
+        is_off.then(|| (number("from", 0.0), number("to", 1.0), shifts_v))
     }
 
     /// The path from command to spool, for steps of `dt_s`.

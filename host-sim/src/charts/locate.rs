@@ -190,7 +190,7 @@ pub fn missing_term(section: &mut Section, shape: Shape, table: &[(f64, f64, f64
         "No effect of the list explains this law, but its shape can be modelled: {}, \
          fitted with all ordinary parameters, leaves {:.0} % of the misfit in data that it was not fitted to. \
          The improved rig holds it as `{}`. {shared}: the band tells how free it is.",
-        shape.phrase().trim_end_matches(", as tabled,"),
+        shape.phrase(),
         100.0 * left,
         shape.name(),
     ));

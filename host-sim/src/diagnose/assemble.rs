@@ -378,7 +378,7 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
         place: term.shape.place().into(),
         of: vec![name.into()],
         expression: format!(
-            "{expression}; {} leaves {} of it in data that it was not fitted to",
+            "{expression}; {}, as tabled, leaves {} of it in data that it was not fitted to",
             term.shape.phrase(),
             percent(1.0 - term.share)
         ),
@@ -739,7 +739,7 @@ fn lost_commands_note(law: &LawDiagnosis) -> Option<String> {
 /// The named effects of a law, or its table, in words.
 pub fn what_was_put_in(law: &LawDiagnosis) -> String {
     if let Some(term) = &law.term {
-        return term.shape.phrase().trim_end_matches(',').to_owned();
+        return format!("{}, as tabled", term.shape.phrase());
     }
     let named = named(law);
     if named.is_empty() {

@@ -22,7 +22,9 @@
 use super::locate::{self, Located};
 use super::misfit::MISSED;
 use super::noise;
+use crate::inspect::{Moved, moved};
 use crate::laws::{Law, Output, Track, median_step_s};
+use crate::recording::Recording;
 use crate::rig::Rig;
 use crate::text::plain;
 
@@ -40,13 +42,8 @@ const ONE_NUMBER: f64 = 0.1;
 /// One window of a recording.
 #[derive(Clone)]
 struct Window {
-    recording: usize,
-    /// First and last row.
-    rows: (usize, usize),
-    seconds: f64,
-    /// Way by the velocity, m.
-    way_m: f64,
-    /// Change of the position less that, m.
+    moved: Moved,
+    /// Change of the position less the way by the velocity, m.
     apart_m: f64,
     /// Rise of the velocity over the window, m/s: what one second of lateness comes to.
     rise_m_per_s: f64,
@@ -63,18 +60,21 @@ pub(super) fn contradiction(
     is_skew_named: bool,
     is_position: bool,
 ) -> Option<Located> {
-    let as_recorded = windows(rig, tracks)?;
+    let as_recorded: Vec<Vec<Window>> = tracks
+        .iter()
+        .map(|track| windows(rig, track.recording))
+        .collect::<Option<_>>()?;
     let mut together = as_recorded.clone();
-    for (recording, track) in tracks.iter().enumerate() {
+    for (windows, track) in together.iter_mut().zip(tracks) {
         let row_s = median_step_s(&track.recording.time_s);
         let most_s = if is_skew_named {
             f64::INFINITY
         } else {
             SAMPLING_ROWS * row_s
         };
-        bring_together(&mut together, recording, most_s);
+        bring_together(windows, most_s);
     }
-    if !is_material(&together) {
+    if !is_material(&together.concat()) {
         return None;
     }
     // A filter is late by all that it is late, a logger's share of that or not.
@@ -85,67 +85,51 @@ pub(super) fn contradiction(
         unit: "m/s",
     };
     let quantity = "rate of position less velocity";
-    let columns = columns(tracks, &windows);
+    let columns = columns(&windows, tracks);
     let mut located = locate::of_quantity(Law::Carriage, rig, tracks, &output, quantity, columns);
     located.share = 1.0;
-    if let Some(number) = in_one_number(&windows) {
+    if let Some(number) = in_one_number(&windows.concat()) {
         located.when = format!("{}: {number}", located.when);
     }
     Some(located)
 }
 
-/// The windows of all recordings, where both sensors are known.
-fn windows(rig: &Rig, tracks: &[Track<'_>]) -> Option<Vec<Window>> {
+/// The windows of a recording, where both sensors are known.
+fn windows(rig: &Rig, recording: &Recording) -> Option<Vec<Window>> {
     let (of_x, of_v) = (noise::declared(rig, "x")?, noise::declared(rig, "v")?);
-    let mut all = Vec::new();
-    for (recording, track) in tracks.iter().enumerate() {
-        let time_s = &track.recording.time_s;
-        let (x, v) = (track.recording.signal("x")?, track.recording.signal("v")?);
-        let longest_s = 1.5 * ROWS as f64 * median_step_s(time_s);
-        for from in (0..time_s.len().saturating_sub(ROWS)).step_by(ROWS) {
-            let to = from + ROWS;
-            let seconds = time_s[to] - time_s[from];
-            if seconds > longest_s {
-                continue;
-            }
-            let way_m: f64 = (from..to)
-                .map(|row| 0.5 * (v[row] + v[row + 1]) * (time_s[row + 1] - time_s[row]))
-                .sum();
-            all.push(Window {
-                recording,
-                rows: (from, to),
-                seconds,
-                way_m,
-                apart_m: x[to] - x[from] - way_m,
-                rise_m_per_s: v[to] - v[from],
-                noise_m: (2.0 * of_x * of_x + (of_v * seconds).powi(2) / ROWS as f64).sqrt(),
-            });
+    let v = recording.signal("v")?;
+    let window = |moved: Moved| {
+        let (from, to) = moved.rows;
+        let of_path_m = of_v * moved.seconds / (ROWS as f64).sqrt();
+        Window {
+            moved,
+            apart_m: moved.moved_m - moved.path_m,
+            rise_m_per_s: v[to] - v[from],
+            noise_m: (2.0 * of_x * of_x + of_path_m * of_path_m).sqrt(),
         }
-    }
-    (!all.is_empty()).then_some(all)
+    };
+    Some(moved(recording, ROWS)?.into_iter().map(window).collect())
 }
 
 /// Takes the shift between the channels of a recording away, as far as it may be one.
-fn bring_together(windows: &mut [Window], recording: usize, most_s: f64) {
-    let own = |window: &&mut Window| window.recording == recording;
-    let seen = windows
-        .iter()
-        .filter(|window| window.recording == recording);
-    let late_s = slope(seen, |window| window.rise_m_per_s).clamp(-most_s, most_s);
-    for window in windows.iter_mut().filter(own) {
+fn bring_together(windows: &mut [Window], most_s: f64) {
+    let late_s = slope(windows, |window| window.rise_m_per_s).clamp(-most_s, most_s);
+    for window in windows {
         window.apart_m -= late_s * window.rise_m_per_s;
     }
 }
 
 /// How much of a quantity the windows are apart by, least squares.
-fn slope<'w>(windows: impl Iterator<Item = &'w Window>, by: impl Fn(&Window) -> f64) -> f64 {
-    let sums = windows.fold((0.0, 0.0), |(product, square), window| {
-        let (weight, by) = (window.noise_m.powi(-2), by(window));
-        (
-            product + weight * by * window.apart_m,
-            square + weight * by * by,
-        )
-    });
+fn slope(windows: &[Window], by: impl Fn(&Window) -> f64) -> f64 {
+    let sums = windows
+        .iter()
+        .fold((0.0, 0.0), |(product, square), window| {
+            let (weight, by) = (window.noise_m.powi(-2), by(window));
+            (
+                product + weight * by * window.apart_m,
+                square + weight * by * by,
+            )
+        });
     if sums.1 > 0.0 { sums.0 / sums.1 } else { 0.0 }
 }
 
@@ -160,15 +144,15 @@ fn energy(windows: &[Window], apart_m: impl Fn(&Window) -> f64) -> f64 {
 /// Whether the sensors disagree by more than noise, and by so much that it matters.
 fn is_material(windows: &[Window]) -> bool {
     let over_noise = energy(windows, |window| window.apart_m) - 1.0;
-    let of_way = energy(windows, |window| window.way_m);
+    let of_way = energy(windows, |window| window.moved.path_m);
     over_noise > MISSED && over_noise > MATERIAL * MATERIAL * of_way
 }
 
 /// The one number that is wrong, in words, if it is one.
 fn in_one_number(windows: &[Window]) -> Option<String> {
     let (late_s, left_by_late) = explained(windows, |window| window.rise_m_per_s);
-    let (more, left_by_more) = explained(windows, |window| window.way_m);
-    let (slow_m_per_s, left_by_slow) = explained(windows, |window| window.seconds);
+    let (more, left_by_more) = explained(windows, |window| window.moved.path_m);
+    let (slow_m_per_s, left_by_slow) = explained(windows, |window| window.moved.seconds);
     let which = if late_s > 0.0 { "late" } else { "early" };
     let late = format!("came {} ms {which}", plain(1e3 * late_s.abs(), 2));
     let gain = plain(1.0 / (1.0 + more), 3);
@@ -187,27 +171,27 @@ fn in_one_number(windows: &[Window]) -> Option<String> {
 /// How much of a quantity explains most of what the windows are apart by, and what energy above
 /// the noise's that leaves.
 fn explained(windows: &[Window], by: fn(&Window) -> f64) -> (f64, f64) {
-    let size = slope(windows.iter(), by);
+    let size = slope(windows, by);
     let left = energy(windows, |window| window.apart_m - size * by(window)) - 1.0;
     (size, left)
 }
 
 /// What the windows are apart by per second, at each of their rows.
-fn columns(tracks: &[Track<'_>], windows: &[Window]) -> Vec<Vec<f64>> {
-    let empty = |track: &Track<'_>| vec![f64::NAN; track.len()];
-    let mut columns: Vec<Vec<f64>> = tracks.iter().map(empty).collect();
-    for window in windows {
-        let (from, to) = window.rows;
-        columns[window.recording][from..to].fill(window.apart_m / window.seconds);
-    }
-    columns
+fn columns(windows: &[Vec<Window>], tracks: &[Track<'_>]) -> Vec<Vec<f64>> {
+    let column = |(windows, track): (&Vec<Window>, &Track<'_>)| {
+        let mut column = vec![f64::NAN; track.len()];
+        for Window { moved, apart_m, .. } in windows {
+            column[moved.rows.0..moved.rows.1].fill(apart_m / moved.seconds);
+        }
+        column
+    };
+    windows.iter().zip(tracks).map(column).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::drawn;
     use super::*;
-    use crate::recording::Recording;
     use truth_plant::{Kind, Request, Strength};
 
     fn found(request: &Request, change: impl Fn(&mut Vec<f64>)) -> Option<Located> {

@@ -306,7 +306,9 @@ pub fn diagnose<E>(
             law.located = above_noise(misfits, &law.floor);
         }
     }
-    let velocity = velocity(rig, &laws, &train);
+    let velocity = (faults.is_empty())
+        .then(|| velocity(rig, &laws, &train))
+        .flatten();
     let improved_rig = assemble::improved_rig(rig, &laws);
     let mut verdict = assemble::verdict(rig, &laws, velocity.as_ref(), &faults, &train, &held_out);
     notes.extend(inspect::noise_doubts(&inspections));

@@ -22,7 +22,7 @@ use crate::fit::law_problem::{Folds, FreeParameter};
 use crate::inspect::quantile;
 use crate::laws::{Law, Track};
 use crate::model::{force_key, shift_key};
-use model_core::left_out::KNOTS;
+use model_core::left_out::{KNOTS, knots};
 
 /// What is a table of what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,14 +90,14 @@ impl Shape {
         }
     }
 
-    /// The table in words.
+    /// What is tabled, in words.
     pub fn phrase(self) -> String {
         let article = match self {
             Self::ForceOverPosition | Self::ForceOverVelocity => "a",
             Self::ShiftOfOpenings => "an",
         };
         let (quantity, variable) = (self.quantity().0, self.variable().0);
-        format!("{article} {quantity} over the {variable}, as tabled,")
+        format!("{article} {quantity} over the {variable}")
     }
 
     /// Least and largest value of the variable in the recordings.
@@ -175,14 +175,13 @@ pub fn table(candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
         let switch = candidate.switches.iter().find(|(name, _)| *name == key);
         switch.map_or(f64::NAN, |(_, value)| *value)
     };
-    let (from, to) = (end("from"), end("to"));
-    let knot = |(index, free): (usize, &FreeParameter)| {
+    let knot = |(x, free): (f64, &FreeParameter)| {
         let place = model.place(&free.key)?;
-        let x = from + (to - from) * index as f64 / (KNOTS - 1) as f64;
         let deviation = model.standard_deviations[place].unwrap_or(f64::INFINITY);
         Some((x, model.values[place], deviation))
     };
-    candidate.free.iter().enumerate().filter_map(knot).collect()
+    let knots = knots(end("from"), end("to")).into_iter();
+    knots.zip(&candidate.free).filter_map(knot).collect()
 }
 
 /// The table that explains most of what the baseline misses, with the model that holds

@@ -12,7 +12,7 @@
 
 use super::SignalReport;
 use super::faults::{Fault, FaultKind, fault, floor};
-use super::statistics::{Run, as_float, median_step, path, quantile};
+use super::statistics::{Run, as_float, moved, quantile};
 use crate::recording::Recording;
 use crate::rig::{FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA, Valve};
 
@@ -82,19 +82,11 @@ fn speed(recording: &Recording, signals: &[SignalReport]) -> Option<Fault> {
     if report.maximum - report.minimum < floor(report) {
         return None;
     }
-    let (position, speed) = (recording.signal("x")?, recording.signal("v")?);
-    let longest_s = 1.5 * as_float(ROWS) * median_step(&recording.time_s);
     let (mut moved_moved, mut moved_path, mut path_path) = (0.0, 0.0, 0.0);
-    for start in (0..recording.len().saturating_sub(ROWS)).step_by(ROWS) {
-        let time_s = &recording.time_s[start..=start + ROWS];
-        if time_s[ROWS] - time_s[0] > longest_s {
-            continue;
-        }
-        let moved = position[start + ROWS] - position[start];
-        let path_m = path(time_s, &speed[start..=start + ROWS]);
-        moved_moved += moved * moved;
-        moved_path += moved * path_m;
-        path_path += path_m * path_m;
+    for window in moved(recording, ROWS)? {
+        moved_moved += window.moved_m * window.moved_m;
+        moved_path += window.moved_m * window.path_m;
+        path_path += window.path_m * window.path_m;
     }
     let correlation = moved_path / (moved_moved * path_path).sqrt();
     let factor = moved_path / moved_moved;

@@ -22,7 +22,7 @@ pub use faults::{Fault, FaultKind};
 
 use crate::recording::Recording;
 use crate::rig::Rig;
-pub(crate) use statistics::quantile;
+pub(crate) use statistics::{Moved, moved, quantile};
 use statistics::{as_float, median_step, ordinary_steps, runs};
 
 /// A step longer than this many median steps is listed as a gap.

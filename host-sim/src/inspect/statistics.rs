@@ -1,4 +1,7 @@
-//! Robust figures of one sampled signal: noise, quantum, runs, quantiles.
+//! Robust figures of one sampled signal: noise, quantum, runs, quantiles; and position against
+//! velocity in windows.
+
+use crate::recording::Recording;
 
 /// The variance of the third difference of white noise is 20 times its own:
 /// 1 + 9 + 9 + 1.
@@ -65,6 +68,39 @@ pub(super) fn path(time_s: &[f64], speed: &[f64]) -> f64 {
     steps
         .map(|(time, speed)| 0.5 * (speed[0] + speed[1]) * (time[1] - time[0]))
         .sum()
+}
+
+/// What position and velocity say of one window of rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moved {
+    /// First and last row.
+    pub rows: (usize, usize),
+    /// Its length, s.
+    pub seconds: f64,
+    /// Change of the position, m.
+    pub moved_m: f64,
+    /// Integral of the velocity by the trapezoid rule, m.
+    pub path_m: f64,
+}
+
+/// Adjoining windows of so many rows where x and v were both recorded, without those that hold
+/// a gap.
+pub(crate) fn moved(recording: &Recording, rows: usize) -> Option<Vec<Moved>> {
+    let time_s = &recording.time_s;
+    let (position_m, speed) = (recording.signal("x")?, recording.signal("v")?);
+    let longest_s = 1.5 * as_float(rows) * median_step(time_s);
+    let window = |from: usize| {
+        let to = from + rows;
+        Moved {
+            rows: (from, to),
+            seconds: time_s[to] - time_s[from],
+            moved_m: position_m[to] - position_m[from],
+            path_m: path(&time_s[from..=to], &speed[from..=to]),
+        }
+    };
+    let begins = (0..time_s.len().saturating_sub(rows)).step_by(rows);
+    let whole = |moved: &Moved| moved.seconds <= longest_s;
+    Some(begins.map(window).filter(whole).collect())
 }
 
 /// Which steps between rows are of ordinary length.

@@ -42,7 +42,7 @@ pub use slew_limit::SlewLimit;
 pub use spool_dynamics::{SpoolDynamics, SpoolState, SpoolTransition};
 pub use supply_droop::{SupplyDroop, TankState};
 pub use tube_line::{Passed, PortFlow, TubeEnd, TubeLine, TubeState};
-pub use unknown_force::{ForceVariable, KNOTS, UnknownForce, over_knots};
+pub use unknown_force::{ForceVariable, KNOTS, UnknownForce, knots, over_knots};
 pub use valve_delay::{DELAY_CAPACITY, DelayLine, ValveDelay};
 pub use valve_hysteresis::ValveHysteresis;
 pub use variable_heat_transfer::{REFERENCE_DENSITY_KG_PER_M3, VariableHeatTransfer};

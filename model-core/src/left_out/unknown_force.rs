@@ -75,7 +75,12 @@ impl<R: Real> UnknownForce<R> {
     }
 }
 
-/// A table of even knots from `from` to `to`, piecewise linear; beyond its ends it goes on as its
+/// Where the even knots from `from` to `to` lie.
+pub fn knots<R: Real>(from: R, to: R) -> [R; KNOTS] {
+    core::array::from_fn(|knot| from + R::from_f64(knot as f64 / (KNOTS - 1) as f64) * (to - from))
+}
+
+/// A table over [`knots`] from `from` to `to`, piecewise linear; beyond its ends it goes on as its
 /// last piece does, for half of its reach, and then stays.
 pub fn over_knots<R: Real>(from: R, to: R, at_knot: &[R; KNOTS], variable: R) -> R {
     let pieces = R::from_f64((KNOTS - 1) as f64);
@@ -109,10 +114,10 @@ mod tests {
             at_knot_n: [8.0, 4.0, 2.0, 1.0, 0.0, -1.0, -2.0, -4.0, -9.0],
         };
         let at = |velocity| table.force_n(3.0, velocity);
-        for (knot, force_n) in table.at_knot_n.iter().enumerate() {
-            let velocity = -0.2 + 0.05 * knot as f64;
+        for (velocity, force_n) in knots(table.from, table.to).into_iter().zip(table.at_knot_n) {
             assert!((at(velocity) - force_n).abs() < 1e-12, "at {velocity}");
         }
+        assert!((knots(table.from, table.to)[1] + 0.15).abs() < 1e-12);
         assert!((at(-0.175) - 6.0).abs() < 1e-12);
         assert!((at(0.19) + 8.0).abs() < 1e-12);
         assert!((at(-0.25) - 12.0).abs() < 1e-12);
