@@ -270,6 +270,32 @@ pub const EFFECTS: &[Effect] = &[
         ],
     },
     Effect {
+        // No physics with a name: what recordings asked for of the gauges of the chambers.
+        name: "unknown-reading",
+        parameters: &[
+            parameter("from", "Pa", 0.0, 0.0),
+            parameter("to", "Pa", 1e6, 0.0),
+            signed("error_a_0_Pa", "Pa"),
+            signed("error_a_1_Pa", "Pa"),
+            signed("error_a_2_Pa", "Pa"),
+            signed("error_a_3_Pa", "Pa"),
+            signed("error_a_4_Pa", "Pa"),
+            signed("error_a_5_Pa", "Pa"),
+            signed("error_a_6_Pa", "Pa"),
+            signed("error_a_7_Pa", "Pa"),
+            signed("error_a_8_Pa", "Pa"),
+            signed("error_b_0_Pa", "Pa"),
+            signed("error_b_1_Pa", "Pa"),
+            signed("error_b_2_Pa", "Pa"),
+            signed("error_b_3_Pa", "Pa"),
+            signed("error_b_4_Pa", "Pa"),
+            signed("error_b_5_Pa", "Pa"),
+            signed("error_b_6_Pa", "Pa"),
+            signed("error_b_7_Pa", "Pa"),
+            signed("error_b_8_Pa", "Pa"),
+        ],
+    },
+    Effect {
         name: "end-cushion",
         parameters: &[
             parameter("length_m", "m", 0.0, 0.0),

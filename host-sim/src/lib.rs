@@ -9,6 +9,7 @@ pub mod diagnose;
 pub mod effects;
 pub mod fault_campaign;
 pub mod fit;
+mod gauge;
 pub mod identify;
 pub mod inspect;
 mod lag;

@@ -143,6 +143,16 @@ impl<R: Real> Values<'_, R> {
         self.get_or(&format!("effects.{effect}.{parameter}"), neutral)
     }
 
+    /// Whether an effect has any parameter, if perhaps a neutral one.
+    pub fn holds(&self, effect: &str) -> bool {
+        let of_effect = |key: &String| {
+            let key = key.strip_prefix("effects.");
+            let key = key.and_then(|key| key.strip_prefix(effect));
+            key.is_some_and(|parameter| parameter.starts_with('.'))
+        };
+        self.rig.effects.contains_key(effect) || self.keys.iter().any(of_effect)
+    }
+
     /// The gas; air where the rig says nothing.
     pub fn gas(&self) -> Gas<R> {
         Gas::new(
@@ -202,6 +212,9 @@ impl<R: Real> Values<'_, R> {
     /// What recordings asked the valve's openings to be off by: first and last knot, V, and the
     /// shift at each, V; `None` where by nothing.
     fn shift_of_openings(&self) -> Option<(R, R, [R; KNOTS])> {
+        if !self.holds("unknown-opening") {
+            return None;
+        }
         let number = |key: &str, neutral| self.effect("unknown-opening", key, neutral);
         let shifts_v: [R; KNOTS] = std::array::from_fn(|knot| number(&shift_key(knot), 0.0));
         let is_off = shifts_v.iter().any(|shift_v| *shift_v != R::ZERO);
@@ -377,11 +390,6 @@ impl<R: Real> Values<'_, R> {
     pub fn gauge_before_feed(&self) -> bool {
         let gauge = self.effect("supply-droop", "gauge_before_feed", 0.0);
         gauge.value() > 0.5
-    }
-
-    /// What the sensor of a chamber shows above its pressure, Pa.
-    pub fn pressure_offset_pa(&self, side: Side) -> R {
-        self.side_effect("pressure-sensor-offset", "offset_{}_Pa", side)
     }
 
     /// Both chambers with leaks and tubes. Where the rig describes one chamber

@@ -8,7 +8,7 @@
 //! [`stays_behind`] says so. Gains that `[controller]` does not give are the
 //! standard ones.
 
-use crate::effects;
+use crate::effects::{self, EffectParameter};
 use crate::model::{AxisFault, Values};
 use crate::rig::Rig;
 use firmware::codes::POSITION_M;
@@ -26,53 +26,56 @@ use model_core::real::Real;
 /// depend on it.
 const COMPARED_STEP_S: f64 = 1e-3;
 
-/// Effects that do not arrive at a board, and why: those of a recording and those of
-/// a sensor, which are none of the axis. The rest of their rig is the better for it.
-const NOT_ON_A_BOARD: &[(&str, &str, &str)] = &[
-    (
-        "pressure-sensor-offset",
-        "offset_a_Pa",
-        "is the sensor's, and the controller's model has none",
-    ),
-    (
-        "pressure-sensor-offset",
-        "offset_b_Pa",
-        "is the sensor's, and the controller's model has none",
-    ),
+/// Parameters of effects that do not arrive at a board, all of the effect's if none is told, and
+/// why: those of a recording and those of a sensor, which are none of the axis. The rest of their
+/// rig is the better for it.
+const NOT_ON_A_BOARD: &[(&str, &[&str], &str)] = &[
+    ("pressure-sensor-offset", &[], OF_A_SENSOR),
+    ("unknown-reading", &[], OF_A_SENSOR),
+    ("pressure-sensor-lag", &[], OF_A_SENSOR),
     (
         "chamber-leakage",
-        "onset_s",
+        &["onset_s"],
         "is a time of one recording and means nothing to a board; without it the leak is always open",
     ),
     (
         "supply-droop",
-        "gauge_before_feed",
+        &["gauge_before_feed"],
         "says where a recording's gauge sat, and no law of the axis asks for that",
     ),
     (
-        "pressure-sensor-lag",
-        "time_constant_s",
-        "is the sensor's, and the controller's model has none",
-    ),
-    (
         "position-time-skew",
-        "delay_s",
+        &[],
         "is the logger's, and a board reads its sensors at one time",
     ),
 ];
 
+const OF_A_SENSOR: &str = "is the sensor's, and the controller's model has none";
+
 /// What of a rig does not go into the settings: a line each, the key first.
 pub fn stays_behind(rig: &Rig) -> Vec<String> {
-    let is_there = |(effect, parameter, reason): &(&str, &str, &str)| {
-        let key = format!("effects.{effect}.{parameter}");
-        let known = effects::effect(effect).and_then(|effect| effect.parameter(parameter));
-        let neutral = known.and_then(|known| known.neutral);
-        let is_neutral =
-            |value: f64| neutral.is_some_and(|neutral| neutral.total_cmp(&value).is_eq());
-        let is_told = rig.value(&key).is_some_and(|value| !is_neutral(value));
-        is_told.then(|| format!("{key}: {reason}"))
+    let is_told = |effect: &str, known: &EffectParameter| {
+        let value = rig.value(&format!("effects.{effect}.{}", known.key));
+        let is_neutral = |value: f64| {
+            known
+                .neutral
+                .is_some_and(|none| none.total_cmp(&value).is_eq())
+        };
+        value.is_some_and(|value| !is_neutral(value))
     };
-    NOT_ON_A_BOARD.iter().filter_map(is_there).collect()
+    let of_effect = |(effect, parameters, reason): &(&str, &[&str], &str)| {
+        let catalogued = effects::effect(effect).map_or(&[][..], |effect| effect.parameters);
+        let told = catalogued.iter().filter(|known| is_told(effect, known));
+        let told: Vec<&str> = told.map(|known| known.key).collect();
+        if parameters.is_empty() {
+            let line = format!("effects.{effect}: {reason}");
+            return (!told.is_empty()).then_some(line).into_iter().collect();
+        }
+        let meant = told.iter().filter(|key| parameters.contains(key));
+        let lines = meant.map(|key| format!("effects.{effect}.{key}: {reason}"));
+        lines.collect::<Vec<_>>()
+    };
+    NOT_ON_A_BOARD.iter().flat_map(of_effect).collect()
 }
 
 /// Why a rig makes no settings: one line that begins with the rig's key or with
@@ -285,9 +288,9 @@ mod tests {
     }
 
     fn is_not_sent(effect: &str, parameter: &str) -> bool {
-        NOT_ON_A_BOARD
-            .iter()
-            .any(|(name, key, _)| (*name, *key) == (effect, parameter))
+        NOT_ON_A_BOARD.iter().any(|(name, keys, _)| {
+            *name == effect && (keys.is_empty() || keys.contains(&parameter))
+        })
     }
 
     /// A possible value, another for every parameter and place, neutral for no number.
@@ -378,7 +381,10 @@ mod tests {
                 let changed = settings(&rig).expect("it makes settings");
                 let behind = stays_behind(&rig);
                 assert_eq!(changed != whole, is_sent(parameter), "{name}");
-                let is_told = behind.iter().any(|line| line.starts_with(&name));
+                let whole_effect = format!("effects.{}: ", effect.name);
+                let is_told = behind
+                    .iter()
+                    .any(|line| line.starts_with(&name) || line.starts_with(&whole_effect));
                 assert_eq!(is_told, !is_sent(parameter), "{name}");
             }
         }

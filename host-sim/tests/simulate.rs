@@ -484,6 +484,11 @@ fn telling(effect: &str, key: &str) -> f64 {
         key if key.starts_with("shift_") => {
             0.02 * f64::from(key.as_bytes()[key.len() - 3] - b'0') + 0.1
         }
+        "from" if effect == "unknown-reading" => 4.5e5,
+        "to" if effect == "unknown-reading" => 5.5e5,
+        key if key.starts_with("error_") => {
+            1e3 * f64::from(key.as_bytes()[key.len() - 4] - b'0') + 1e3
+        }
         "length_m" => 2.0,
         "tank_volume_m3" | "volume_m3" => 1e-3,
         "feed_area_m2" | "silencer_area_m2" => 5e-6,

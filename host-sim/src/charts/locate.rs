@@ -185,6 +185,7 @@ pub fn missing_term(section: &mut Section, shape: Shape, table: &[(f64, f64, f64
             "A part that is proportional to the opening may as well belong to the declared stretch of the openings, and a \
              command that is off looks like openings that are"
         }
+        Shape::ErrorOfGauge(_) => "A constant part is an offset, a proportional one a gain",
     };
     section.text(format!(
         "No effect of the list explains this law, but its shape can be modelled: {}, \

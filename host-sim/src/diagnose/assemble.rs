@@ -271,11 +271,18 @@ fn located(
 
 /// A place that shows only through an effect that was named there.
 fn implied(law: &LawDiagnosis, index: usize, place: &str, train: &[Recording]) -> Located {
-    let share = law
-        .evidence
-        .iter()
-        .find(|evidence| evidence.candidate == index)
-        .map_or(0.0, |evidence| evidence.share.clamp(0.0, 1.0));
+    let (share, found_through) = match &law.term {
+        Some(term) => (
+            term.explained(),
+            format!("{}, as tabled", term.shape.phrase()),
+        ),
+        None => {
+            let mut evidence = law.evidence.iter();
+            let own = evidence.find(|evidence| evidence.candidate == index);
+            let share = own.map_or(0.0, |evidence| evidence.share.clamp(0.0, 1.0));
+            (share, law.candidates[index].effect.to_owned())
+        }
+    };
     let signal = place.strip_prefix("sensor.").unwrap_or("");
     Located {
         place: place.to_owned(),
@@ -286,7 +293,7 @@ fn implied(law: &LawDiagnosis, index: usize, place: &str, train: &[Recording]) -
             vec![signal.to_owned()]
         },
         intervals_s: spans(law, index, train),
-        when: format!("found through {}", law.candidates[index].effect),
+        when: format!("found through {found_through}"),
     }
 }
 
@@ -366,22 +373,31 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     let law = laws.iter().find(is_open)?;
     // An input that explains both chambers says more than either chamber.
     let located = law.input.as_ref().or(law.located.first())?;
-    let expression = match &law.input {
-        Some(input) => format!("asks for another {}: {}", input.quantity, input.when),
-        None => located.when.clone(),
-    };
+    let ask =
+        |input: &locate::Located| format!("asks for another {}: {}", input.quantity, input.when);
     let Some(term) = &law.term else {
+        let expression = law.input.as_ref().map_or(located.when.clone(), ask);
         return as_tabled(located, expression);
     };
-    let (name, _) = term.shape.variable();
+    let phrase = term.shape.phrase();
+    let left = percent(1.0 - term.share);
+    let says_more = |input: &&locate::Located| input.share > term.explained();
+    let expression = match law.input.as_ref().filter(says_more).map(ask) {
+        Some(asked) => {
+            format!(
+                "{asked}; {phrase}, as tabled, leaves {left} of it in data that it was not fitted to"
+            )
+        }
+        None => {
+            format!(
+                "looks like {phrase}, which as tabled leaves {left} of it in data that it was not fitted to"
+            )
+        }
+    };
     Some(UnknownTerm {
         place: term.shape.place().into(),
-        of: vec![name.into()],
-        expression: format!(
-            "{expression}; {}, as tabled, leaves {} of it in data that it was not fitted to",
-            term.shape.phrase(),
-            percent(1.0 - term.share)
-        ),
+        of: vec![term.shape.variable().0.into()],
+        expression,
         unit: term.shape.quantity().1.into(),
         table: unknown_term::table(&law.candidates[term.candidate], &law.improved),
     })

@@ -279,7 +279,7 @@ pub fn diagnose<E>(
         for law in Law::of(rig, &recorded) {
             let diagnosis = diagnose_law(law, &known, &shown, progress);
             // Where nothing explains a law, what it shows of sensors stands in for something else.
-            let explained = |law: &&LawDiagnosis| !assemble::is_unexplained(law);
+            let explained = |law: &&LawDiagnosis| !assemble::is_unexplained(law) || is_tabled(law);
             if let Some(law) = diagnosis.as_ref().filter(explained) {
                 known = with_sensors(known, law);
                 if let Some(mended) = with_pressures_mended(&shown, law) {
@@ -327,23 +327,30 @@ pub fn diagnose<E>(
     })
 }
 
+/// Whether a table leaves little of what a law misses.
+fn is_tabled(law: &LawDiagnosis) -> bool {
+    let explained = law.term.as_ref().map(unknown_term::Term::explained);
+    explained.is_some_and(assemble::is_enough)
+}
+
 /// The rig with what a law has shown of the sensors: the laws that use them
 /// after it must not take that for physics of their own.
 fn with_sensors(rig: Rig, law: &LawDiagnosis) -> Rig {
     if law.improved.presence.is_some() {
         return rig;
     }
-    let of_sensor = |index: &usize| law.candidates[*index].is_of_sensors();
-    let keys: Vec<&str> = law
-        .improved
-        .set
-        .iter()
-        .filter(|index| of_sensor(index))
-        .flat_map(|&index| law.candidates[index].free.iter())
-        .map(|free| free.key.as_str())
-        .collect();
+    let set = law.improved.set.iter().map(|&index| &law.candidates[index]);
+    let of_sensors: Vec<&Candidate> = set.filter(|one| one.is_of_sensors()).collect();
+    let is_theirs = |key: &str| {
+        let mut free = of_sensors.iter().flat_map(|one| &one.free);
+        free.any(|free| free.key == key)
+    };
     let mut shared = law.improved.shared_values();
-    shared.retain(|key, _| keys.contains(&key.as_str()));
+    shared.retain(|key, _| is_theirs(key));
+    let switches = of_sensors
+        .iter()
+        .flat_map(|one| one.switches.iter().cloned());
+    shared.extend(switches);
     rig.with_values(&shared)
 }
 
@@ -429,8 +436,13 @@ fn diagnose_law(
     let settled = settled(&full, &mut searched);
     // What comes and goes at moments that suit it may be there always, over the state.
     let comes_and_goes = settled.improved.presence.is_some();
-    let is_missed =
-        !assemble::is_enough(settled.explained) && full.misses_plainly(&settled.improved);
+    // Other effects have many forms, of which the model holds one; an offset has one.
+    let has_offset = |set: &[usize]| {
+        let mut effects = set.iter().map(|&index| full.candidates[index].effect);
+        effects.any(|effect| effect == leaps::OFFSET)
+    };
+    let is_formless = !assemble::is_enough(settled.explained) || has_offset(&settled.improved.set);
+    let is_missed = is_formless && full.misses_plainly(&settled.improved);
     let is_open = (comes_and_goes || is_missed) && !searched.outcome.evidence.is_empty();
     let of_effects = written(law, &full, &searched, settled, &progress);
     let mut diagnosis = if is_open {

@@ -281,6 +281,7 @@ fn known_meaning(effect: &str, form: Option<&str>) -> Option<&'static str> {
         ("dwell-stiction", _) => "a breakaway force that grows with the time at rest",
         ("constant-force", _) => "a constant force",
         ("unknown-force", _) => "a force that no law explains, as a table",
+        ("unknown-reading", _) => "a gauge that is off by what no law explains, as a table",
         ("unknown-opening", _) => "openings of the valve that no law explains, as a table",
         ("load-compliance", _) => "part of the moving mass hangs behind a spring",
         ("load-backlash", _) => "part of the moving mass hangs behind a play",

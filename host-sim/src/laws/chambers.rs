@@ -1,6 +1,7 @@
 //! Chambers driven by recorded position, command and supply pressure.
 
 use super::{InitialState, Output, Sink, Track, View, delayed};
+use crate::gauge::Gauge;
 use crate::lag::followed;
 use crate::model::{Side, Values};
 use crate::recording::Recording;
@@ -90,7 +91,7 @@ pub(super) fn initial_states(
     let ambient_k = values.ambient().temperature_k;
     let seen_pa = |side: Side| {
         let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
-        view.value(&recording.time_s, signal, row) - values.pressure_offset_pa(side)
+        Gauge::of(&values, side).reads_pa(view.value(&recording.time_s, signal, row))
     };
     let pressure = |(output, &side): (usize, &Side)| InitialState {
         name: if side == Side::A { "p_a" } else { "p_b" },
@@ -274,10 +275,7 @@ pub(super) fn predict<R: Real>(
     }
     let earlier = layout.earlier_command(initial);
     let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows, earlier)));
-    let offsets_pa = [0, 1].map(|index| match sides.get(index) {
-        Some(&side) => values.pressure_offset_pa(side),
-        None => R::ZERO,
-    });
+    let gauges: Vec<Gauge<R>> = sides.iter().map(|&side| Gauge::of(values, side)).collect();
     let (mut state, mut shown) = layout.start(initial);
     let outputs = sides.len() + usize::from(predicts_supply(values.rig));
     let mut states = [R::ZERO; MOST_STATES];
@@ -286,8 +284,8 @@ pub(super) fn predict<R: Real>(
     }
     let mut report = |state: &PneumaticState<R>, shown: &[R; 2], row: usize| {
         let mut showing = [R::ZERO; 3];
-        for (index, slot) in showing.iter_mut().take(sides.len()).enumerate() {
-            *slot = shown[index] + offsets_pa[index];
+        for ((slot, gauge), shown_pa) in showing.iter_mut().zip(&gauges).zip(shown) {
+            *slot = gauge.shows_pa(*shown_pa);
         }
         showing[sides.len()] = if drive.gauges_tank {
             state.tank.pressure_pa(drive.declared_supply_pa)

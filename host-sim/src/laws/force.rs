@@ -11,6 +11,7 @@
 //! is then the mass without it); buffers at the ends take Fe.
 
 use super::{Output, Sink, Track, delayed};
+use crate::gauge::Gauge;
 use crate::model::{Side, Values};
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
@@ -39,8 +40,9 @@ pub(super) fn predict<R: Real>(
     let bristle = values.bristle();
     let ambient = carriage.ambient_pressure_pa;
     let skew_s = values.effect("position-time-skew", "delay_s", 0.0);
+    let gauges = Side::BOTH.map(|side| Gauge::of(values, side));
     let gauge = |side: Side, row: usize| match track.signal(side.pressure_signal()) {
-        Some(pressure) => R::from_f64(pressure[row]) - values.pressure_offset_pa(side) - ambient,
+        Some(pressure) => gauges[side as usize].reads_pa(R::from_f64(pressure[row])) - ambient,
         None => R::ZERO,
     };
     let time = &track.recording.time_s;

@@ -1,6 +1,7 @@
 //! The pressures that act on a carriage, read off their recordings.
 
 use super::{Track, delayed};
+use crate::gauge::Gauge;
 use crate::model::{Side, Values};
 use crate::rig::Rig;
 use model_core::real::Real;
@@ -28,7 +29,7 @@ pub(crate) fn read_pressures_pa(rig: &Rig, track: &Track<'_>) -> Option<[Vec<f64
 pub(super) struct PressureReading<'a, R> {
     time_s: &'a [f64],
     recorded_pa: [&'a [f64]; 2],
-    offsets_pa: [R; 2],
+    gauges: [Gauge<R>; 2],
     lag_s: R,
     skew_s: R,
 }
@@ -39,7 +40,7 @@ impl<'a, R: Real> PressureReading<'a, R> {
         Some(Self {
             time_s: &track.recording.time_s,
             recorded_pa: [track.signal("p_a")?, track.signal("p_b")?],
-            offsets_pa: Side::BOTH.map(|side| values.pressure_offset_pa(side)),
+            gauges: Side::BOTH.map(|side| Gauge::of(values, side)),
             lag_s: values.effect("pressure-sensor-lag", "time_constant_s", 0.0),
             skew_s: values.effect("position-time-skew", "delay_s", 0.0),
         })
@@ -47,7 +48,7 @@ impl<'a, R: Real> PressureReading<'a, R> {
 
     /// Both pressures when the position of this row was where it was recorded, Pa absolute.
     pub fn at(&self, row: usize) -> [R; 2] {
-        [0, 1].map(|side| self.shown(self.recorded_pa[side], row) - self.offsets_pa[side])
+        [0, 1].map(|side| self.gauges[side].reads_pa(self.shown(self.recorded_pa[side], row)))
     }
 
     fn shown(&self, recorded_pa: &[f64], row: usize) -> R {

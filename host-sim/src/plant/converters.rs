@@ -2,6 +2,7 @@
 //! steps of the converters.
 
 use super::{Sample, values};
+use crate::gauge::Gauge;
 use crate::lag::followed;
 use crate::model::{AxisFault, Side};
 use crate::random::Noise;
@@ -139,7 +140,7 @@ pub(super) struct Converters {
     supply_pressure: Converter,
     velocity: Converter,
     lag: PressureLag,
-    offsets_pa: [f64; 2],
+    gauges: [Gauge<f64>; 2],
     skew: PositionSkew,
 }
 
@@ -153,7 +154,7 @@ impl Converters {
             supply_pressure: converter(&SUPPLY_PRESSURE),
             velocity: converter(&VELOCITY),
             lag: PressureLag::new(rig, tick_s),
-            offsets_pa: Side::BOTH.map(|side| values(rig).pressure_offset_pa(side)),
+            gauges: Side::BOTH.map(|side| Gauge::of(&values(rig), side)),
             skew: PositionSkew::new(rig)?,
         })
     }
@@ -161,11 +162,11 @@ impl Converters {
     /// What the converters say of this instant.
     pub(super) fn codes(&mut self, truth: &Sample) -> AdcCodes {
         let [lagged_a_pa, lagged_b_pa] = self.lag.shown([truth.pressure_a_pa, truth.pressure_b_pa]);
-        let [offset_a_pa, offset_b_pa] = self.offsets_pa;
+        let [gauge_a, gauge_b] = &self.gauges;
         AdcCodes {
             position: self.position.code(self.skew.shown_m(truth)),
-            pressure_a: self.pressure_a.code(lagged_a_pa + offset_a_pa),
-            pressure_b: self.pressure_b.code(lagged_b_pa + offset_b_pa),
+            pressure_a: self.pressure_a.code(gauge_a.shows_pa(lagged_a_pa)),
+            pressure_b: self.pressure_b.code(gauge_b.shows_pa(lagged_b_pa)),
             supply_pressure: self.supply_pressure.code(truth.supply_pressure_pa),
             velocity: self.velocity.code(truth.velocity_m_s),
         }

@@ -5,6 +5,7 @@
 //! the way back from SI to the column's unit ([`Table`]).
 
 use super::{Sample, Simulation, values};
+use crate::gauge::Gauge;
 use crate::lag::followed;
 use crate::model::Side;
 use crate::random::Noise;
@@ -79,9 +80,11 @@ fn sensed(
     match channel.signal {
         "p_a" | "p_b" => {
             let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
-            let offset_pa = values.pressure_offset_pa(side_of(channel.signal));
+            let gauge = Gauge::of(&values, side_of(channel.signal));
             let shown = lagged(exact, lag_s, scenario.sample_s).into_iter();
-            shown.map(|pressure| pressure + offset_pa).collect()
+            shown
+                .map(|pressure_pa| gauge.shows_pa(pressure_pa))
+                .collect()
         }
         "x" => {
             let delay_s = values.effect("position-time-skew", "delay_s", 0.0);

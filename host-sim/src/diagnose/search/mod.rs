@@ -23,6 +23,8 @@ pub(super) use sets::{with, without};
 
 /// Largest set tried.
 const LARGEST_SET: usize = 4;
+/// What comes and goes is named from this probability on.
+const LIKELIER_THAN_NOT: f64 = 0.5;
 
 /// The outcome of the search on one law.
 #[derive(Clone, Debug)]
@@ -92,6 +94,23 @@ struct Intermittent {
     rivals: Vec<(usize, usize)>,
 }
 
+impl Intermittent {
+    /// Names it, unless it is likelier something else: what comes and goes had its moments
+    /// chosen to suit it, and if it leaves so much all the same, nothing that is there always
+    /// is the better for having explained less.
+    fn put_into(self, outcome: &mut Outcome) {
+        let is_likely = |one: &Evidence| one.probability >= LIKELIER_THAN_NOT;
+        if !self.evidence.iter().any(is_likely) {
+            return;
+        }
+        let others = |one: &Evidence| !self.model.set.contains(&one.candidate);
+        outcome.evidence.retain(others);
+        outcome.evidence.splice(0..0, self.evidence);
+        (outcome.improved, outcome.rivals) = (self.model, self.rivals);
+        share_among(&outcome.rivals, &mut outcome.evidence);
+    }
+}
+
 /// Fits the baseline: twice, so that priors are weighed against what it leaves
 /// unexplained and not against the signal's spread.
 pub fn baseline(bench: &Bench<'_>) -> Option<Fitted> {
@@ -120,31 +139,28 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     declined.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let named = |one: &Evidence| one.accepted.then_some(one.candidate);
     let named: Vec<usize> = evidence.iter().filter_map(named).collect();
-    let mut rivals = rivals(&mut judge, &improved, &named, &declined);
+    let rivals = rivals(&mut judge, &improved, &named, &declined);
     evidence.extend(declined);
-    let mut improved = improved;
     share_among(&rivals, &mut evidence);
-    // Two effects that are there always can imitate one that is not.
-    let is_plain = improved.set.len() < 2 && judge.is_explained(&improved);
-    if !is_plain && !judge.is_noise(&improved) {
-        progress("effects that are there for a part of the time");
-        if let Some(found) = intermittent(&mut judge, &improved) {
-            evidence.retain(|one| !found.model.set.contains(&one.candidate));
-            for one in &mut evidence {
-                one.decline();
-            }
-            evidence.splice(0..0, found.evidence);
-            (improved, rivals) = (found.model, found.rivals);
-            share_among(&rivals, &mut evidence);
-        }
-    }
-    Outcome {
+    let mut outcome = Outcome {
         baseline: baseline.clone(),
         improved,
         evidence,
         rivals,
         fits: judge.fits,
+    };
+    // Two effects that are there always can imitate one that is not.
+    let improved = &outcome.improved;
+    let is_plain = improved.set.len() < 2 && judge.is_explained(improved);
+    if !is_plain && !judge.is_noise(improved) {
+        progress("effects that are there for a part of the time");
+        if let Some(found) = intermittent(&mut judge, improved) {
+            outcome.decline_all();
+            found.put_into(&mut outcome);
+        }
+        outcome.fits = judge.fits;
     }
+    outcome
 }
 
 /// Grows sets from the singles; returns the best set found.

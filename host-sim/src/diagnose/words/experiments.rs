@@ -287,6 +287,10 @@ const SHOWN_BY: &[(&str, &str)] = &[
         "unknown-opening",
         "strokes both ways at several constant commands from the dead zone to fully open",
     ),
+    (
+        "unknown-reading",
+        "both chambers still and open to each other, from the surroundings' pressure to the supply's, beside a gauge that is known to be right",
+    ),
     ("end-cushion", "strokes to both ends at two speeds"),
     (
         "pressure-sensor-lag",

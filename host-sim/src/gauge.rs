@@ -1,0 +1,99 @@
+//! What the pressure gauge of a chamber shows.
+
+use crate::model::{Side, Values};
+use model_core::left_out::{KNOTS, over_knots};
+use model_core::real::Real;
+
+/// The effect of a gauge whose error goes with the pressure.
+const OVER_PRESSURE: &str = "unknown-reading";
+/// Steps from what is shown back to the pressure: an error that changes by a tenth of the
+/// pressure is left to one part in ten thousand of itself, one by a thirtieth to a millionth.
+const STEPS_BACK: usize = 4;
+
+/// The gauge of one chamber: off by so much, `p_shown = p + offset + error(p)`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gauge<R> {
+    /// `effects.pressure-sensor-offset`, Pa.
+    offset_pa: R,
+    /// `effects.unknown-reading`: first and last knot, and the error at each, Pa.
+    error_pa: Option<(R, R, [R; KNOTS])>,
+}
+
+/// Key of the error at a knot of a gauge's table.
+pub fn error_key(side: Side, knot: usize) -> String {
+    format!("error_{}_{knot}_Pa", side.letter())
+}
+
+impl<R: Real> Gauge<R> {
+    /// Of a rig.
+    pub fn of(values: &Values<'_, R>, side: Side) -> Self {
+        let offset = format!("offset_{}_Pa", side.letter());
+        let number = |key: &str, neutral| values.effect(OVER_PRESSURE, key, neutral);
+        let error_pa = || {
+            let at_knot = |knot| number(&error_key(side, knot), 0.0);
+            let errors_pa: [R; KNOTS] = std::array::from_fn(at_knot);
+            (number("from", 0.0), number("to", 1e6), errors_pa)
+        };
+        Self {
+            offset_pa: values.effect("pressure-sensor-offset", &offset, 0.0),
+            error_pa: values.holds(OVER_PRESSURE).then(error_pa),
+        }
+    }
+
+    /// What it shows of a pressure, Pa.
+    pub fn shows_pa(&self, pressure_pa: R) -> R {
+        pressure_pa + self.offset_pa + self.error_pa(pressure_pa)
+    }
+
+    /// The pressure of which it shows this, Pa.
+    pub fn reads_pa(&self, shown_pa: R) -> R {
+        let shown_pa = shown_pa - self.offset_pa;
+        if self.error_pa.is_none() {
+            return shown_pa;
+        }
+        let closer = |pressure_pa, _| shown_pa - self.error_pa(pressure_pa);
+        (0..STEPS_BACK).fold(shown_pa, closer)
+    }
+
+    fn error_pa(&self, pressure_pa: R) -> R {
+        self.error_pa.map_or(R::ZERO, |(from, to, errors_pa)| {
+            over_knots(from, to, &errors_pa, pressure_pa)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::Rig;
+
+    /// Three hundredths too much, and bowed.
+    #[test]
+    fn val_what_it_shows_is_read_back() {
+        let error_pa = |knot: usize| 30.0 * knot as f64 * (130.0 - 7.0 * knot as f64);
+        let mut text = "format = \"rig/1\"\n[effects.pressure-sensor-offset]\noffset_a_Pa = 2e3\n\
+                        [effects.unknown-reading]\nfrom = 1e5\nto = 9e5\n"
+            .to_owned();
+        for knot in 0..KNOTS {
+            text += &format!("{} = {}\n", error_key(Side::A, knot), error_pa(knot));
+        }
+        let rig = Rig::parse(&text, "rig.toml").unwrap();
+        let values = Values::<f64> {
+            rig: &rig,
+            keys: &[],
+            replaced: &[],
+        };
+        let gauge = Gauge::of(&values, Side::A);
+        for knot in 0..KNOTS {
+            let pressure_pa = 1e5 * (knot as f64 + 1.0);
+            let shown_pa = gauge.shows_pa(pressure_pa);
+            assert!((shown_pa - pressure_pa - 2e3 - error_pa(knot)).abs() < 1e-6);
+        }
+        for pressure_pa in [1.3e5, 4.44e5, 8.9e5, 1.1e6] {
+            let read_pa = gauge.reads_pa(gauge.shows_pa(pressure_pa));
+            assert!((read_pa - pressure_pa).abs() < 1.0, "{read_pa}");
+        }
+        let other = Gauge::of(&values, Side::B);
+        assert!((other.reads_pa(5e5) - 5e5).abs() < 1e-9);
+    }
+}
