@@ -32,6 +32,12 @@ pub fn shift_key(knot: usize) -> String {
     format!("shift_{knot}_V")
 }
 
+/// Where the knots of an unknown opening's table lie, V: evenly over the opening's root, as most
+/// commands open a little and few altogether.
+pub fn opening_knots<R: Real>(from: R, to: R) -> [R; KNOTS] {
+    knots(from.sqrt(), to.sqrt()).map(|root| root * root)
+}
+
 /// Which chamber.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Side {
@@ -58,6 +64,14 @@ impl Side {
         match self {
             Self::A => "p_a",
             Self::B => "p_b",
+        }
+    }
+
+    /// The place of its gauge in a verdict.
+    pub fn gauge_place(self) -> &'static str {
+        match self {
+            Self::A => "sensor.p_a",
+            Self::B => "sensor.p_b",
         }
     }
 
@@ -190,8 +204,9 @@ impl<R: Real> Values<'_, R> {
         let table = |areas: &[f64], scale: &str| {
             let mut table = AreaTable::new(&valve.opening_v, areas)?;
             if let Some((from, to, shifts_v)) = shift {
-                let off_by_v = |opening_v| over_knots(from, to, &shifts_v, opening_v);
-                table.open_elsewhere(&knots(from, to), off_by_v);
+                let off_by_v =
+                    |opening_v: R| over_knots(from.sqrt(), to.sqrt(), &shifts_v, opening_v.sqrt());
+                table.open_elsewhere(&opening_knots(from, to), off_by_v);
             }
             table.opening_stretch = self.get_or("valve.opening_V", 1.0);
             table.area_scale = self.get_or(scale, 1.0);

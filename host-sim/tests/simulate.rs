@@ -479,7 +479,7 @@ fn regress_a_rig_that_is_no_axis_says_what_it_lacks() {
 /// A value that must show for each parameter of the catalogue.
 fn telling(effect: &str, key: &str) -> f64 {
     match key {
-        "from" if effect == "unknown-opening" => 0.2,
+        "from" if effect == "unknown-opening" => 0.4,
         "to" if effect == "unknown-opening" => 1.1,
         key if key.starts_with("shift_") => {
             0.02 * f64::from(key.as_bytes()[key.len() - 3] - b'0') + 0.1

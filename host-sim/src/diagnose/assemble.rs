@@ -223,17 +223,19 @@ fn ranking(laws: &[LawDiagnosis]) -> Vec<Ranked> {
     all
 }
 
+/// Pairs of names: an effect that may be at either of two places is one alternative.
 fn alternatives(laws: &[LawDiagnosis]) -> Vec<Vec<String>> {
-    laws.iter()
-        .flat_map(|law| {
-            law.rivals.iter().map(|&(accepted, rival)| {
-                vec![
-                    law.candidates[accepted].effect.to_owned(),
-                    law.candidates[rival].effect.to_owned(),
-                ]
-            })
-        })
-        .collect()
+    let mut pairs: Vec<Vec<String>> = Vec::new();
+    for law in laws {
+        for &(accepted, rival) in &law.rivals {
+            let name = |index: usize| law.candidates[index].effect.to_owned();
+            let pair = vec![name(accepted), name(rival)];
+            if !pairs.contains(&pair) {
+                pairs.push(pair);
+            }
+        }
+    }
+    pairs
 }
 
 fn located(
@@ -257,7 +259,8 @@ fn located(
         .collect();
     // A sensor named as the culprit is a place of its own.
     for law in laws {
-        for &index in &law.improved.set {
+        let rivals = law.rivals.iter().map(|(_, rival)| rival);
+        for &index in law.improved.set.iter().chain(rivals) {
             for place in &law.candidates[index].places {
                 if !all.iter().any(|located| located.place == *place) {
                     all.push(implied(law, index, place, train));

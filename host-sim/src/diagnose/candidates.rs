@@ -480,13 +480,7 @@ fn departure(track: &Track<'_>) -> Option<f64> {
 
 fn pressure_sensor_lag(sides: &[Side], tracks: &[Track<'_>]) -> Candidate {
     let row = row_s(tracks);
-    let places: Vec<&'static str> = sides
-        .iter()
-        .map(|side| match side {
-            Side::A => "sensor.p_a",
-            Side::B => "sensor.p_b",
-        })
-        .collect();
+    let places: Vec<&'static str> = sides.iter().map(|side| side.gauge_place()).collect();
     Candidate::new("pressure-sensor-lag", &places).free(
         "time_constant_s",
         (0.0, 100.0 * row),
@@ -499,11 +493,7 @@ fn pressure_sensor_offsets(sides: &[Side]) -> Vec<Candidate> {
     sides
         .iter()
         .map(|side| {
-            let place = match side {
-                Side::A => "sensor.p_a",
-                Side::B => "sensor.p_b",
-            };
-            Candidate::new("pressure-sensor-offset", &[place]).free(
+            Candidate::new("pressure-sensor-offset", &[side.gauge_place()]).free(
                 &format!("offset_{}_Pa", side.letter()),
                 (-1e5, 1e5),
                 // The prediction is linear in it: the other sign ends at the same place.

@@ -17,6 +17,7 @@ mod between_rows;
 pub mod candidates;
 pub mod fitted;
 mod gaps;
+mod hidden_gauge;
 mod intermittent;
 mod kinematics;
 pub mod knowability;
@@ -306,6 +307,7 @@ pub fn diagnose<E>(
             law.located = above_noise(misfits, &law.floor);
         }
     }
+    hidden_gauge::put_beside_force(rig, &mut laws);
     let velocity = (faults.is_empty())
         .then(|| velocity(rig, &laws, &train))
         .flatten();

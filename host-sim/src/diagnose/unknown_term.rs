@@ -13,7 +13,7 @@
 //! `[effects.unknown-reading]`: the simulator holds it like any effect, and so does the controller
 //! but for a gauge's. The held-out recordings judge it as they judge a named one.
 //!
-//! Limits: nine knots over what was recorded, so a wave shorter than a quarter of it
+//! Limits: nine knots over what was recorded (over the root of an opening), so a wave shorter than a quarter of it
 //! does not show. A valve's openings are the same to either side. What goes with time, or has a
 //! memory of its own, is located only.
 
@@ -24,7 +24,7 @@ use crate::fit::law_problem::{Folds, FreeParameter};
 use crate::gauge::error_key;
 use crate::inspect::quantile;
 use crate::laws::{Law, Track};
-use crate::model::{Side, force_key, shift_key};
+use crate::model::{Side, force_key, opening_knots, shift_key};
 use model_core::left_out::{KNOTS, knots};
 
 /// What is a table of what.
@@ -87,8 +87,7 @@ impl Shape {
         match self {
             Self::ForceOverPosition | Self::ForceOverVelocity => "force-balance",
             Self::ShiftOfOpenings => "valve-command",
-            Self::ErrorOfGauge(Side::A) => "sensor.p_a",
-            Self::ErrorOfGauge(Side::B) => "sensor.p_b",
+            Self::ErrorOfGauge(side) => side.gauge_place(),
         }
     }
 
@@ -138,10 +137,11 @@ impl Shape {
             Self::ForceOverVelocity => motions()
                 .flat_map(|motion| motion.velocity_m_per_s.iter().copied())
                 .fold(empty, within),
-            // A shut valve's opening says nothing.
+            // A shut valve's opening says nothing: the knots are those of nine even pieces of its
+            // root, but for the first.
             Self::ShiftOfOpenings => {
                 let usual_v = usual_opening_v(bench)?;
-                (usual_v / KNOTS as f64, usual_v)
+                (usual_v / (KNOTS * KNOTS) as f64, usual_v)
             }
             Self::ErrorOfGauge(side) => {
                 let tracks = bench.tracks.iter();
@@ -217,8 +217,17 @@ pub fn table(candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
         let deviation = model.standard_deviations[place].unwrap_or(f64::INFINITY);
         Some((x, model.values[place], deviation))
     };
-    let knots = knots(end("from"), end("to")).into_iter();
-    knots.zip(&candidate.free).filter_map(knot).collect()
+    let (from, to) = (end("from"), end("to"));
+    let knots = if candidate.effect == Shape::ShiftOfOpenings.name() {
+        opening_knots(from, to)
+    } else {
+        knots(from, to)
+    };
+    knots
+        .into_iter()
+        .zip(&candidate.free)
+        .filter_map(knot)
+        .collect()
 }
 
 /// The table that explains most of what the baseline misses, with the model that holds

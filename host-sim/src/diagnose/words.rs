@@ -149,6 +149,8 @@ const SPOKEN: &[Spoken] = &[
     say("to", "to", "m or m/s", 1.0),
     say("force_?_N", "at knot ?", "N", 1.0),
     say("shift_?_V", "at knot ?", "V", 1.0),
+    say("error_a_?_Pa", "gauge a at knot ?", "kPa", 1e-3),
+    say("error_b_?_Pa", "gauge b at knot ?", "kPa", 1e-3),
     say("buffer_length_m", "buffer's length", "mm", 1e3),
     say("buffer_stiffness_N_m", "buffer's stiffness", "N/mm", 1e-3),
     say("buffer_damping_Ns_m", "buffer's damping", "N s/m", 1.0),
