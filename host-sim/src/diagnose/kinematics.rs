@@ -156,7 +156,9 @@ fn in_one_number(windows: &[Window]) -> Option<String> {
     let which = if late_s > 0.0 { "late" } else { "early" };
     let late = format!("came {} ms {which}", plain(1e3 * late_s.abs(), 2));
     let gain = plain(1.0 / (1.0 + more), 3);
-    let gain = format!("showed {gain} times the rate of the position");
+    let gain = format!(
+        "showed {gain} times the rate of the position (either sensor's scale may be the wrong one)"
+    );
     let off = format!("were off by {} mm/s", plain(-1e3 * slow_m_per_s, 2));
     let numbers = [
         (left_by_late, late),
