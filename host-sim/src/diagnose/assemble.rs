@@ -384,8 +384,7 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     };
     let phrase = term.shape.phrase();
     let left = percent(1.0 - term.share);
-    let says_more = |input: &&locate::Located| input.share > term.explained();
-    let expression = match law.input.as_ref().filter(says_more).map(ask) {
+    let expression = match law.input.as_ref().map(ask) {
         Some(asked) => {
             format!(
                 "{asked}; {phrase}, as tabled, leaves {left} of it in data that it was not fitted to"

@@ -200,7 +200,13 @@ impl LawDiagnosis {
 
     /// What the chambers would explain by one input, if no effect does.
     fn ask_for_input(&mut self, bench: &Bench<'_>) {
-        self.input = unknown_input::find(bench, &self.baseline);
+        let found = unknown_input::find(bench, &self.baseline);
+        // What a table explains needs no input that explains less.
+        let tabled = self
+            .term
+            .as_ref()
+            .map_or(0.0, unknown_term::Term::explained);
+        self.input = found.filter(|input| input.share > tabled);
         self.lost_commands = between_rows::share(bench, &self.baseline);
     }
 

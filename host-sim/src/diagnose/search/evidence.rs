@@ -43,6 +43,8 @@ pub struct Evidence {
     pub is_refuted: bool,
     /// Whether it is in the place of an ordinary number that came out far off.
     pub is_of_strayed: bool,
+    /// Whether it was accepted until something better was found.
+    pub is_superseded: bool,
 }
 
 impl Evidence {
@@ -64,6 +66,7 @@ impl Evidence {
             is_alternative: false,
             is_refuted: false,
             is_of_strayed: false,
+            is_superseded: false,
         }
     }
 
@@ -89,6 +92,7 @@ impl Evidence {
 
     /// It was good until something better was found.
     pub(super) fn decline(&mut self) {
+        self.is_superseded |= self.accepted;
         self.accepted = false;
         self.is_alternative = false;
         self.probability = self.probability.min(1.0 - self.probability).max(0.01);
@@ -117,6 +121,9 @@ impl Evidence {
         }
         if self.is_alternative {
             return Some("these recordings cannot tell it from one that is named".into());
+        }
+        if self.is_superseded {
+            return Some("it helps, but something else explains the recordings better".into());
         }
         if self.folds_better.1 == 0 {
             return Some("nothing material is left without it".into());

@@ -298,6 +298,7 @@ impl<'a> Judge<'a> {
             is_alternative: false,
             is_refuted: false,
             is_of_strayed: false,
+            is_superseded: false,
         }
     }
 
