@@ -396,8 +396,13 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
             )
         }
     };
+    // An input that is left beside a table explains more.
+    let place = law
+        .input
+        .as_ref()
+        .map_or(term.shape.place(), |input| input.place);
     Some(UnknownTerm {
-        place: term.shape.place().into(),
+        place: place.into(),
         of: vec![term.shape.variable().0.into()],
         expression,
         unit: term.shape.quantity().1.into(),
