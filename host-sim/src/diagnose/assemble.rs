@@ -384,23 +384,22 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     };
     let phrase = term.shape.phrase();
     let left = percent(1.0 - term.share);
-    let expression = match law.input.as_ref().map(ask) {
-        Some(asked) => {
+    // An input that is left beside a table explains more.
+    let (place, expression) = match &law.input {
+        Some(input) => (
+            input.place,
             format!(
-                "{asked}; {phrase}, as tabled, leaves {left} of it in data that it was not fitted to"
-            )
-        }
-        None => {
+                "{}; {phrase}, as tabled, leaves {left} of it in data that it was not fitted to",
+                ask(input)
+            ),
+        ),
+        None => (
+            term.shape.place(),
             format!(
                 "looks like {phrase}, which as tabled leaves {left} of it in data that it was not fitted to"
-            )
-        }
+            ),
+        ),
     };
-    // An input that is left beside a table explains more.
-    let place = law
-        .input
-        .as_ref()
-        .map_or(term.shape.place(), |input| input.place);
     Some(UnknownTerm {
         place: place.into(),
         of: vec![term.shape.variable().0.into()],

@@ -9,7 +9,7 @@ use super::LawDiagnosis;
 use super::candidates::Candidate;
 use super::leaps::OFFSET;
 use super::limits::Limit;
-use super::search::Evidence;
+use super::search::{Evidence, share_among};
 use crate::laws::Law;
 use crate::model::Side;
 use crate::rig::Rig;
@@ -31,24 +31,28 @@ pub(super) fn put_beside_force(rig: &Rig, laws: &mut [LawDiagnosis]) {
         .iter_mut()
         .filter(|law| law.improved.presence.is_none())
     {
-        let Some((force, force_n)) = named_force(law) else {
+        let Some((force, gain, force_n)) = named_force(law) else {
             continue;
         };
         for gauge in hidden(rig, &limits, force_n) {
+            let rival = law.candidates.len();
             law.candidates.push(gauge);
-            law.rivals.push((force, law.candidates.len() - 1));
+            law.rivals.push((force, rival));
+            law.evidence.push(Evidence::needless(rival, gain));
+            // What was simulated tells the force from others.
+            law.next_experiment = None;
         }
-        share_with_rivals(law, force);
+        share_among(&law.rivals, &mut law.evidence);
     }
 }
 
-/// The constant force that is named, with its size, N.
-fn named_force(law: &LawDiagnosis) -> Option<(usize, f64)> {
+/// The constant force that is named, what it gains, and its size, N.
+fn named_force(law: &LawDiagnosis) -> Option<(usize, f64, f64)> {
     let mut named = law.evidence.iter().filter(|one| one.accepted);
     let force = named.find(|one| law.candidates[one.candidate].effect == FORCE)?;
     let free = law.candidates[force.candidate].free.first()?;
     let place = law.improved.place(&free.key)?;
-    Some((force.candidate, law.improved.values[place]))
+    Some((force.candidate, force.gain, law.improved.values[place]))
 }
 
 /// The offsets of gauges that make such a force, and that the chambers would not have shown.
@@ -65,34 +69,6 @@ fn hidden(rig: &Rig, limits: &[(Limit, Candidate)], force_n: f64) -> Vec<Candida
     };
     let gauges = limits.iter().filter(may_be);
     gauges.map(|(_, gauge)| gauge.clone()).collect()
-}
-
-/// The force and its new rivals are equally probable.
-fn share_with_rivals(law: &mut LawDiagnosis, force: usize) {
-    let (known, rivals): (Vec<_>, Vec<_>) = law
-        .rivals
-        .iter()
-        .filter(|(accepted, _)| *accepted == force)
-        .map(|(_, rival)| *rival)
-        .partition(|rival| law.evidence.iter().any(|one| one.candidate == *rival));
-    if rivals.is_empty() {
-        return;
-    }
-    let before = (known.len() + 1) as f64;
-    let part = before / (before + rivals.len() as f64);
-    let (mut probability, mut gain) = (0.0, 0.0);
-    for one in &mut law.evidence {
-        if one.candidate == force || known.contains(&one.candidate) {
-            one.probability *= part;
-        }
-        if one.candidate == force {
-            (probability, gain) = (one.probability, one.gain);
-        }
-    }
-    let gauge = |rival| Evidence::needless(rival, gain).alternative(probability);
-    law.evidence.extend(rivals.into_iter().map(gauge));
-    // What was simulated tells the force from others.
-    law.next_experiment = None;
 }
 
 #[cfg(test)]

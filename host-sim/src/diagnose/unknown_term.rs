@@ -249,7 +249,7 @@ fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Ter
         plain_ratio(named.set.len())
     };
     let mut best: Option<(Term, Fitted)> = None;
-    let starts = [baseline.clone(), bench.as_given(baseline)];
+    let given = bench.as_given(baseline);
     for shape in Shape::of(bench) {
         let Some(candidate) = shape.candidate(bench) else {
             continue;
@@ -257,8 +257,8 @@ fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Ter
         let index = bench.candidates.len();
         bench.candidates.push(candidate);
         // A refit that bent itself around what is missing may lie far from both.
-        let fits = starts
-            .iter()
+        let fits = [baseline, &given]
+            .into_iter()
             .filter_map(|start| bench.fit(&[index], Some(start)));
         let energy = |model: &Fitted| model.energy_above(&bench.noise);
         let Some(with) = fits.min_by(|a, b| energy(a).total_cmp(&energy(b))) else {

@@ -351,14 +351,17 @@ fn rivals(
 }
 
 /// What cannot be told apart is equally probable: each has its part of what the one that
-/// was accepted has.
-fn share_among(rivals: &[(usize, usize)], evidence: &mut [Evidence]) {
+/// was accepted has. With rivals that have theirs already the accepted one has shared before.
+pub(super) fn share_among(rivals: &[(usize, usize)], evidence: &mut [Evidence]) {
+    let have_theirs = evidence.iter().filter(|one| one.is_alternative);
+    let have_theirs: BTreeSet<usize> = have_theirs.map(|one| one.candidate).collect();
     let accepted: BTreeSet<usize> = rivals.iter().map(|(accepted, _)| *accepted).collect();
     for candidate in accepted {
         let others = rivals.iter().filter(|(one, _)| *one == candidate);
         let alike: Vec<usize> = others.map(|(_, rival)| *rival).chain([candidate]).collect();
         let of = |one: &&Evidence| one.candidate == candidate;
-        let whole = evidence.iter().find(of).map_or(0.0, |one| one.probability);
+        let parts = 1 + alike.iter().filter(|one| have_theirs.contains(one)).count();
+        let whole = evidence.iter().find(of).map_or(0.0, |one| one.probability) * parts as f64;
         for one in evidence.iter_mut() {
             if alike.contains(&one.candidate) {
                 one.probability = whole / alike.len() as f64;
@@ -464,5 +467,20 @@ mod tests {
         assert_eq!(model.set, [spool]);
         assert!(evidence[0].accepted);
         assert!(judge.score(&model) < judge.score(&wrong));
+    }
+
+    #[test]
+    fn prop_a_rival_that_comes_later_gets_the_same_part() {
+        let named = Evidence::of_strayed(0, 1.0, 0.9);
+        let mut evidence = vec![named, Evidence::needless(1, 0.5)];
+        let parts = |evidence: &[Evidence], part: f64| {
+            let is_part = |one: &Evidence| (one.probability - part).abs() < 1e-12;
+            evidence.iter().all(is_part)
+        };
+        share_among(&[(0, 1)], &mut evidence);
+        assert!(parts(&evidence, 0.45));
+        evidence.push(Evidence::needless(2, 0.5));
+        share_among(&[(0, 1), (0, 2)], &mut evidence);
+        assert!(parts(&evidence, 0.3));
     }
 }
