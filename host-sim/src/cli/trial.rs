@@ -4,7 +4,10 @@ use super::{CommandError, inputs};
 use crate::text::file_name;
 use crate::trial::others::other;
 use crate::trial::plan::Planned;
-use crate::trial::{Scorecard, Setting, markdown, page, plan, run as run_case, seal};
+use crate::trial::side_by_side::{side_by_side, usual};
+use crate::trial::{
+    CaseResult, Scorecard, Setting, TrialError, markdown, page, plan, run as run_case, seal,
+};
 use clap::Args;
 use std::fs;
 use std::io::Write;
@@ -14,8 +17,8 @@ use truth_plant::Kind;
 
 /// Judge the diagnosis on rigs whose truth is sealed before it runs.
 ///
-/// Cases are run one after another and the scorecard is written after each. A
-/// scorecard that is there already is gone on with.
+/// Cases run side by side and the scorecard is written after each, in the order
+/// of the plan. A scorecard that is there already is gone on with.
 #[derive(Args, Debug)]
 pub struct TrialArguments {
     /// How many cases the scorecard shall hold.
@@ -28,6 +31,10 @@ pub struct TrialArguments {
     /// other-form, off-list or unobservable.
     #[arg(long)]
     pub kind: Option<Kind>,
+    /// How many cases run at once, sharing the cores; one for each core unless
+    /// told. The times in the scorecard are those of cases that ran so.
+    #[arg(long, default_value_t = usual())]
+    pub at_once: NonZeroUsize,
     /// The scorecard.
     #[arg(long)]
     pub json: PathBuf,
@@ -65,30 +72,7 @@ pub fn run(arguments: &TrialArguments, out: &mut dyn Write) -> Result<(), Comman
     let mut card = opened_or_new(arguments, setting)?;
     seal_cases(&mut card, &planned, arguments, out)?;
     let work = Work::new(arguments)?;
-    for planned in planned.iter().skip(card.cases.len()) {
-        let folder = work.root.join(planned.folder());
-        let progress = inputs::spinner();
-        let tell = |stage: &str| progress.set_message(format!("{}: {stage}", planned.folder()));
-        let case = run_case(
-            setting,
-            planned,
-            &card.seals[planned.number],
-            &folder,
-            &tell,
-        )
-        .map_err(inputs::bad_input)?;
-        progress.finish_and_clear();
-        let verdict = if case.judgement.right {
-            "right"
-        } else {
-            "WRONG"
-        };
-        card.add(case);
-        card.write(&arguments.json).map_err(inputs::bad_input)?;
-        work.after(&folder)?;
-        writeln!(out, "{}: {verdict}", planned.folder())?;
-        out.flush()?;
-    }
+    run_cases(&mut card, &planned, arguments, &work, out)?;
     for name in &arguments.others {
         let score = other(&card.cases, &work.root, name).map_err(inputs::bad_input)?;
         card.others.insert(name.clone(), score);
@@ -96,6 +80,45 @@ pub fn run(arguments: &TrialArguments, out: &mut dyn Write) -> Result<(), Comman
     card.write(&arguments.json).map_err(inputs::bad_input)?;
     write_reports(arguments, &card)?;
     summary(&card, out)
+}
+
+/// Runs the cases that the scorecard does not hold yet.
+fn run_cases(
+    card: &mut Scorecard,
+    planned: &[Planned],
+    arguments: &TrialArguments,
+    work: &Work,
+    out: &mut dyn Write,
+) -> Result<(), CommandError> {
+    let (setting, seals) = (card.setting, card.seals.clone());
+    let progress = inputs::spinner();
+    let run_one = |planned: &Planned| {
+        let folder = work.root.join(planned.folder());
+        let tell = |stage: &str| progress.set_message(format!("{}: {stage}", planned.folder()));
+        run_case(setting, planned, &seals[planned.number], &folder, &tell)
+    };
+    let left = planned.get(card.cases.len()..).unwrap_or_default();
+    let taken = side_by_side(
+        left,
+        arguments.at_once,
+        run_one,
+        |case: Result<CaseResult, TrialError>| {
+            let case = case.map_err(inputs::bad_input)?;
+            let folder = case.planned.folder();
+            let verdict = if case.judgement.right {
+                "right"
+            } else {
+                "WRONG"
+            };
+            card.add(case);
+            card.write(&arguments.json).map_err(inputs::bad_input)?;
+            work.after(&work.root.join(&folder))?;
+            progress.suspend(|| writeln!(out, "{folder}: {verdict}"))?;
+            Ok(out.flush()?)
+        },
+    );
+    progress.finish_and_clear();
+    taken
 }
 
 fn opened_or_new(arguments: &TrialArguments, setting: Setting) -> Result<Scorecard, CommandError> {
