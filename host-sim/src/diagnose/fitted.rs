@@ -29,8 +29,8 @@ pub struct Bench<'a> {
     pub noise: Vec<f64>,
     /// The groups of rows that cross-validation leaves out in turn.
     pub folds: Folds,
-    /// Whether long fits end early, as in a search: see [`Bench::for_search`].
-    is_coarse: bool,
+    /// Whether it is of a search, and fits are long: see [`Bench::for_search`].
+    is_long_search: bool,
     /// Rows simulated, with derivatives counted in.
     work: AtomicUsize,
 }
@@ -69,6 +69,8 @@ const PILOT_ITERATIONS: usize = 6;
 /// Enough to rank effects on long recordings, where an iteration takes a tenth
 /// of a second: the right one is better by a factor, not by a per cent.
 const RANKING_ITERATIONS: usize = 3;
+/// Of several starts of one effect that is ranked, one iteration shows which to follow.
+const FIRST_LOOK: usize = 1;
 /// Enough for a fit that lacks one recording of several, from the fit to all.
 const FOLD_ITERATIONS: usize = 3;
 /// A fit ends when a step brings less than this part of its cost ...
@@ -107,25 +109,32 @@ impl<'a> Bench<'a> {
             candidates: Vec::new(),
             noise: super::noise::of_outputs(law, rig, tracks),
             folds: Folds::of(&lengths),
-            is_coarse: false,
+            is_long_search: false,
             work: AtomicUsize::new(0),
         }
     }
 
     /// The same for a search, which tells sets apart by tens of per cent: where fits are
     /// long they end early, and whoever reports a number [fits it](Self::fit) once more
-    /// on a bench that is none. (Fits of forces are short.)
+    /// on a bench that is none. (Fits of forces are short, but where a load has play; that one
+    /// is fitted anew [otherwise](super::loose_load).)
     #[must_use]
     pub fn for_search(self) -> Self {
         Self {
-            is_coarse: self.is_long() && self.law != Law::Balance,
+            is_long_search: self.is_long(),
             ..self
         }
     }
 
     /// Whether what it fits wants fitting once more.
     pub fn is_coarse(&self) -> bool {
-        self.is_coarse
+        self.is_long_search && self.law != Law::Balance
+    }
+
+    /// Whether a fit of a set ends early.
+    fn ends_early(&self, set: &[usize]) -> bool {
+        let mut effects = set.iter().map(|&index| &self.candidates[index]);
+        self.is_coarse() || self.is_long_search && effects.any(|effect| effect.is_rough)
     }
 
     /// Whether an output is told by single events and not by rows.
@@ -202,15 +211,24 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// A few iterations from each start of the new effects: the best of them,
+    /// An iteration from each start of the new effects, and a few from the best of them:
     /// unfinished, to rank it among others.
     pub fn ranked(&self, set: &[usize], parent: &Fitted) -> Option<Fitted> {
         let new = set.iter().filter(|index| !parent.set.contains(index));
         let starts = new.map(|&index| self.candidates[index].starts.len());
-        (0..starts.max().unwrap_or(1))
-            .filter_map(|start| self.fit_from(set, Some(parent), start, None, RANKING_ITERATIONS))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, fitted)| fitted)
+        let starts = starts.max().unwrap_or(1);
+        let look = |near, start, steps| self.fit_from(set, Some(near), start, None, steps);
+        if starts == 1 {
+            return look(parent, 0, RANKING_ITERATIONS).map(|(_, fitted)| fitted);
+        }
+        let begun = (0..starts).filter_map(|start| look(parent, start, FIRST_LOOK));
+        let (_, best) = begun.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let best = Fitted {
+            // Weighed as it was begun.
+            mean_square: parent.mean_square.clone(),
+            ..best
+        };
+        look(&best, 0, RANKING_ITERATIONS - FIRST_LOOK).map(|(_, fitted)| fitted)
     }
 
     /// Runs a fit from where it stands to its end.
@@ -345,7 +363,7 @@ impl<'a> Bench<'a> {
         let options = Options {
             maximum_iterations,
             noise: NoiseVariance::Given(1.0),
-            cost_tolerance: self.cost_tolerance(),
+            cost_tolerance: self.cost_tolerance(set),
             ..Options::default()
         };
         let fit = solve(&mut problem, &parameters, &options).ok()?;
@@ -367,8 +385,8 @@ impl<'a> Bench<'a> {
         Some((fit.cost, fitted))
     }
 
-    fn cost_tolerance(&self) -> f64 {
-        if self.is_coarse {
+    fn cost_tolerance(&self, set: &[usize]) -> f64 {
+        if self.ends_early(set) {
             COARSE_COST_TOLERANCE
         } else if self.is_long() {
             LONG_COST_TOLERANCE

@@ -509,8 +509,12 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
     /// Whether this trial shows that there is nothing left to gain.
     fn convergence(&self, trial: &Trial, decrease: f64, accepted: bool) -> Option<Reason> {
         let enough = self.options.cost_tolerance * self.point.cost;
-        let reason = if trial.predicted_decrease <= enough && decrease.abs() <= enough {
+        let promises_enough = trial.predicted_decrease > enough;
+        let reason = if !promises_enough && decrease.abs() <= enough {
             Reason::Cost
+        } else if !promises_enough && !accepted && self.damping > DAMPING_THAT_SHORTENS {
+            // Steps that are shorter still promise less.
+            return Some(Reason::Stalled);
         } else if self.is_small(&trial.displacement) {
             Reason::Step
         } else {
