@@ -211,7 +211,8 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
             needed_input(section, input, Role::Refitted);
         }
         if let Some(term) = &law.term {
-            let table = unknown_term::table(&law.candidates[term.candidate], &law.improved);
+            let table =
+                unknown_term::table(term.shape, &law.candidates[term.candidate], &law.improved);
             missing_term(section, term.shape, &table, 1.0 - term.share);
         }
     }

@@ -405,7 +405,7 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
         of: vec![term.shape.variable().0.into()],
         expression,
         unit: term.shape.quantity().1.into(),
-        table: unknown_term::table(&law.candidates[term.candidate], &law.improved),
+        table: unknown_term::table(term.shape, &law.candidates[term.candidate], &law.improved),
     })
 }
 

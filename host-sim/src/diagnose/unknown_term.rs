@@ -154,6 +154,14 @@ impl Shape {
         (from < to).then_some((from, to))
     }
 
+    /// Where the knots lie.
+    fn knots(self, from: f64, to: f64) -> [f64; KNOTS] {
+        match self {
+            Self::ShiftOfOpenings => opening_knots(from, to),
+            _ => knots(from, to),
+        }
+    }
+
     fn candidate(self, bench: &Bench<'_>) -> Option<Candidate> {
         let (from, to) = self.range(bench)?;
         let mut ends = vec![("from", from), ("to", to)];
@@ -205,8 +213,8 @@ const LARGEST_SHIFT: f64 = 0.1;
 /// Part of the largest pressure by which a gauge may be off, one standard deviation; chosen.
 const LARGEST_ERROR: f64 = 0.03;
 
-/// Variable, value and its deviation at every knot.
-pub fn table(candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
+/// Variable, value and its deviation at every knot of a table of this shape.
+pub fn table(shape: Shape, candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
     let end = |which: &str| {
         let key = format!("effects.{}.{which}", candidate.effect);
         let switch = candidate.switches.iter().find(|(name, _)| *name == key);
@@ -217,13 +225,8 @@ pub fn table(candidate: &Candidate, model: &Fitted) -> Vec<(f64, f64, f64)> {
         let deviation = model.standard_deviations[place].unwrap_or(f64::INFINITY);
         Some((x, model.values[place], deviation))
     };
-    let (from, to) = (end("from"), end("to"));
-    let knots = if candidate.effect == Shape::ShiftOfOpenings.name() {
-        opening_knots(from, to)
-    } else {
-        knots(from, to)
-    };
-    knots
+    shape
+        .knots(end("from"), end("to"))
         .into_iter()
         .zip(&candidate.free)
         .filter_map(knot)
@@ -314,9 +317,17 @@ fn above_noise(bench: &Bench<'_>, judged: &[Vec<f64>]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::candidates::candidates;
     use crate::diagnose::{drawn, noise, search};
+    use crate::rig::Rig;
     use truth_plant::{Kind, Request, Strength};
+
+    /// A bench with the noise that its refit shows.
+    fn refitted<'a>(law: Law, rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>, Fitted) {
+        let mut bench = Bench::new(law, rig, tracks);
+        let baseline = search::baseline(&bench).unwrap();
+        bench.noise = noise::floor(&bench, &baseline);
+        (bench, baseline)
+    }
 
     /// How much of a function a table holds, beside a straight line, by least squares: how much
     /// of drag is viscous, and of a shift a stretch, the declared numbers decide.
@@ -333,13 +344,10 @@ mod tests {
     fn val_drag_that_grows_with_the_square_of_the_speed_comes_out_as_its_table() {
         let (rig, recordings) = drawn::off_list(77, Strength::Medium, "quadratic-friction");
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(Law::Balance, &rig, &tracks);
-        let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
-        bench.candidates = candidates(Law::Balance, &rig, &tracks, 1.0);
+        let (mut bench, baseline) = refitted(Law::Balance, &rig, &tracks);
         let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
         assert_eq!(term.shape, Shape::ForceOverVelocity);
-        let table = table(&bench.candidates[term.candidate], &model);
+        let table = table(term.shape, &bench.candidates[term.candidate], &model);
         // Drawn were 39.02 N s2/m2.
         let coefficient = part_of(&table, |v| v * v.abs());
         println!("{coefficient} N s2/m2, {} of the misfit", term.share);
@@ -360,12 +368,10 @@ mod tests {
             }
         }
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(Law::Chambers, &rig, &tracks);
-        let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
+        let (mut bench, baseline) = refitted(Law::Chambers, &rig, &tracks);
         let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
         assert_eq!(term.shape, Shape::ShiftOfOpenings);
-        let mut table = table(&bench.candidates[term.candidate], &model);
+        let mut table = table(term.shape, &bench.candidates[term.candidate], &model);
         println!("{table:?}, {} of the misfit", term.share);
         assert!(term.share > 0.8, "{}", term.share);
         // Within the dead zone nothing is told.
@@ -388,12 +394,10 @@ mod tests {
             }
         }
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(Law::Chambers, &rig, &tracks);
-        let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
+        let (mut bench, baseline) = refitted(Law::Chambers, &rig, &tracks);
         let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
         assert_eq!(term.shape, Shape::ErrorOfGauge(Side::B));
-        let mut table = table(&bench.candidates[term.candidate], &model);
+        let mut table = table(term.shape, &bench.candidates[term.candidate], &model);
         println!("{table:?}, {} of the misfit", term.share);
         assert!(term.share > 0.8, "{}", term.share);
         // Pressures that are met for a few rows only say little.
