@@ -117,7 +117,7 @@ impl<'a> Bench<'a> {
     /// The same for a search, which tells sets apart by tens of per cent: where fits are
     /// long they end early, and whoever reports a number [fits it](Self::fit) once more
     /// on a bench that is none. (Fits of forces are short, but where a load has play; that one
-    /// is fitted anew [otherwise](super::loose_load).)
+    /// is fitted anew otherwise, in `loose_load`.)
     #[must_use]
     pub fn for_search(self) -> Self {
         Self {
