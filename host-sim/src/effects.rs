@@ -162,6 +162,7 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[
             signed("per_mean_pressure_N_Pa", "N/Pa"),
             signed("per_pressure_difference_N_Pa", "N/Pa"),
+            signed("static_rise_per_mean_pressure_N_Pa", "N/Pa"),
         ],
     },
     Effect {

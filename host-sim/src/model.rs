@@ -478,6 +478,11 @@ impl<R: Real> Values<'_, R> {
                 "per_pressure_difference_N_Pa",
                 0.0,
             ),
+            static_rise_per_mean_pressure_n_per_pa: self.effect(
+                "pressure-dependent-friction",
+                "static_rise_per_mean_pressure_N_Pa",
+                0.0,
+            ),
             constant_force_n: self.effect("constant-force", "force_N", 0.0),
         }
     }

@@ -218,6 +218,7 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) ->
             viscous_n_s_per_m: terms.viscous_n_s_per_m,
             per_mean_pressure_n_per_pa: terms.per_mean_pressure_n_per_pa,
             per_pressure_difference_n_per_pa: terms.per_pressure_difference_n_per_pa,
+            static_rise_per_mean_pressure_n_per_pa: terms.static_rise_per_mean_pressure_n_per_pa,
             constant_force_n: terms.constant_force_n,
         },
         pneumatic_effects: pneumatics.into(),
@@ -304,7 +305,9 @@ mod tests {
                 "orifice_m2" | "orifice_a_m2" | "orifice_b_m2" => 1e-8,
                 "memory_a" | "memory_b" => 0.5,
                 "volume_a_m3" | "volume_b_m3" => 1e-5,
-                "per_mean_pressure_N_Pa" | "per_pressure_difference_N_Pa" => 1e-5,
+                "per_mean_pressure_N_Pa"
+                | "per_pressure_difference_N_Pa"
+                | "static_rise_per_mean_pressure_N_Pa" => 1e-5,
                 "bristle_stiffness_N_m" => 3e5,
                 "delay_s" | "time_constant_s" => 2e-3,
                 "tank_volume_m3" | "volume_m3" => 1e-3,

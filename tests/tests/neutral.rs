@@ -232,6 +232,9 @@ const SWITCHES: &[Switch] = &[
     ("friction per pressure difference", |axis| {
         axis.friction_terms.per_pressure_difference_n_per_pa = 1e-6;
     }),
+    ("static friction per mean pressure", |axis| {
+        axis.friction_terms.static_rise_per_mean_pressure_n_per_pa = 1e-6;
+    }),
     ("constant force", |axis| {
         axis.friction_terms.constant_force_n = 0.1
     }),
@@ -402,6 +405,10 @@ const EFFECTS: &[(&str, f64)] = &[
     (
         "effects.pressure-dependent-friction.per_pressure_difference_N_Pa",
         2e-5,
+    ),
+    (
+        "effects.pressure-dependent-friction.static_rise_per_mean_pressure_N_Pa",
+        1e-5,
     ),
     ("effects.constant-force.force_N", 1.5),
     ("effects.dead-volume.volume_a_m3", 2e-6),

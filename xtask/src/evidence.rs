@@ -1,6 +1,8 @@
-//! Diagnose the real recordings and write their table into `docs/evidence.md`.
+//! Diagnose the real recordings and the practice axes and write their tables into
+//! `docs/evidence.md`.
 
 use crate::generated::{self, Part};
+use crate::practice;
 use crate::shell::{self, Outcome, cargo, command};
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -93,30 +95,40 @@ pub fn run() -> Outcome {
     let mut text = heading();
     for case in &CASES {
         println!("{}", case.title);
-        let verdict = diagnose(case, &recordings)?;
+        let verdict = diagnose(case, &recordings.join("real"))?;
         rows(&mut text, case, &verdict);
     }
-    PART.write(PAGE, &text)
+    PART.write(PAGE, &text)?;
+    practice::run(&recordings.join("practice"))
 }
 
 fn recordings() -> Result<PathBuf, shell::Failure> {
     let beside = shell::root().join("../shared/recordings");
     let root = std::env::var_os("PNEUMA_RECORDINGS").map_or(beside, PathBuf::from);
     if root.join("real").is_dir() {
-        return Ok(root.join("real"));
+        return Ok(root);
     }
     Err(format!("no recordings at {}: set PNEUMA_RECORDINGS", root.display()).into())
 }
 
 fn diagnose(case: &Case, recordings: &Path) -> Result<Value, shell::Failure> {
-    let folder = recordings.join(case.rig.trim_end_matches(".toml"));
-    let json = shell::target_directory().join("evidence.json");
+    let folder = recordings.join(case.rig);
     let rig = shell::root().join(format!("host-sim/rigs/{}.toml", case.rig));
+    let train: Vec<PathBuf> = case.train.iter().map(|file| folder.join(file)).collect();
+    diagnosed(&rig, &train, &[folder.join(case.held_out)])
+}
+
+/// The verdict of the program.
+pub fn diagnosed(
+    rig: &Path,
+    train: &[PathBuf],
+    held_out: &[PathBuf],
+) -> Result<Value, shell::Failure> {
+    let json = shell::target_directory().join("evidence.json");
     let program = shell::target_directory().join("release/pneuma");
     let mut pneuma = command(&program, &["diagnose"]);
-    pneuma.arg("--rig").arg(rig).arg("--train");
-    pneuma.args(case.train.iter().map(|file| folder.join(file)));
-    pneuma.arg("--held-out").arg(folder.join(case.held_out));
+    pneuma.arg("--rig").arg(rig).arg("--train").args(train);
+    pneuma.arg("--held-out").args(held_out);
     pneuma.arg("--json").arg(&json);
     shell::run(&mut pneuma)?;
     let text = fs::read_to_string(&json).map_err(|error| format!("{}: {error}", json.display()))?;

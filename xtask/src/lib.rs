@@ -8,8 +8,8 @@
 //! - `lint`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
 //! - `control`: the controller's scores and their generated tables
-//! - `evidence` and `trial`: the diagnoses of real recordings and of concealed cases, and their
-//!   tables, put by `generated` into a page that people write
+//! - `evidence`, `practice` and `trial`: the diagnoses of real recordings, of the practice axes and
+//!   of concealed cases, and their tables, put by `generated` into a page that people write
 //! - `faults`: the fault campaign and its generated tables
 //! - `image` and `artefact`: building the images that boards run; as files for flashing tools
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
@@ -32,6 +32,7 @@ mod generated;
 pub mod image;
 mod lint;
 pub mod plant;
+pub mod practice;
 mod profile;
 pub mod qemu;
 mod setup;
@@ -52,7 +53,8 @@ cargo xtask <task>
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
         [--table-only]    write it from the last run
   control                 score the controller and a PID, write docs/control.md
-  evidence                diagnose the real recordings, write their part of docs/evidence.md
+  evidence                diagnose the real recordings and the practice axes, write their parts
+                          of docs/evidence.md
   trial [CASES]           judge the diagnosis on concealed cases, write its part of docs/evidence.md
   faults [SEEDS [MINUTES [QEMU_SEEDS]]]
                           every fault at every moment, write docs/faults.md

@@ -174,6 +174,7 @@ impl Settings {
             viscous_n_s_per_m: terms.viscous_n_s_per_m,
             per_mean_pressure_n_per_pa: terms.per_mean_pressure_n_per_pa,
             per_pressure_difference_n_per_pa: terms.per_pressure_difference_n_per_pa,
+            static_rise_per_mean_pressure_n_per_pa: terms.static_rise_per_mean_pressure_n_per_pa,
             constant_force_n: terms.constant_force_n,
         }
     }

@@ -212,6 +212,10 @@ impl Settings {
                 "friction_terms.per_pressure_difference_n_per_pa",
                 friction_terms.per_pressure_difference_n_per_pa, -0.1, 0.1,
             ),
+            field(
+                "friction_terms.static_rise_per_mean_pressure_n_per_pa",
+                friction_terms.static_rise_per_mean_pressure_n_per_pa, -0.1, 0.1,
+            ),
             field("friction_terms.constant_force_n", friction_terms.constant_force_n, -1e5, 1e5),
         ] {
             visitor(one);

@@ -204,6 +204,8 @@ pub struct FrictionTerms {
     pub per_mean_pressure_n_per_pa: f32,
     /// N per Pa of pressure difference.
     pub per_pressure_difference_n_per_pa: f32,
+    /// N per Pa of mean gauge pressure by which FS grows more than FC.
+    pub static_rise_per_mean_pressure_n_per_pa: f32,
     /// dFL against +x, N.
     pub constant_force_n: f32,
 }
@@ -286,6 +288,7 @@ impl Settings {
                 viscous_n_s_per_m: 0.0,
                 per_mean_pressure_n_per_pa: 0.0,
                 per_pressure_difference_n_per_pa: 0.0,
+                static_rise_per_mean_pressure_n_per_pa: 0.0,
                 constant_force_n: 0.0,
             },
             pneumatic_effects: PneumaticEffects::neutral(),

@@ -57,6 +57,9 @@ pub struct Candidate {
     /// the time: then it is tried for a part of the time, and where the first of these numbers
     /// comes out far from what the rig states.
     pub taken_up_by: Vec<String>,
+    /// The numbers that mean something else while it is in the model, so that what the rig states
+    /// of them binds them no longer.
+    pub voids: Vec<String>,
 }
 
 impl Candidate {
@@ -90,6 +93,7 @@ impl Candidate {
             marks: Vec::new(),
             is_rough: false,
             taken_up_by: Vec::new(),
+            voids: Vec::new(),
         }
     }
 
@@ -100,6 +104,12 @@ impl Candidate {
             let uncertain = keys.iter().filter(|key| is_uncertain(key));
             self.taken_up_by = uncertain.map(|key| (*key).to_owned()).collect();
         }
+        self
+    }
+
+    /// In the place of what the rig states of these numbers.
+    fn voiding(mut self, keys: &[&str]) -> Self {
+        self.voids = keys.iter().map(|key| (*key).to_owned()).collect();
         self
     }
 
@@ -829,8 +839,12 @@ fn nearest_end_m(rig: &Rig, tracks: &[Track<'_>]) -> Option<f64> {
     nearest.is_finite().then_some(nearest.max(0.0))
 }
 
-/// Friction that grows with the mean pressure, and with the difference where
-/// both are recorded.
+/// Friction that grows with the mean pressure, with the difference where both are recorded, and
+/// at break-away otherwise than while sliding where the rig tells these two apart.
+///
+/// In the model the levels are those without pressure. At which pressure the stated ones were
+/// measured nobody says: held to them, on practice axes p05 and p10, where they are those of the
+/// working pressure, the fit bent the mass by 2 and 4 % and halved the growth with the difference.
 fn pressure_friction(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Option<Candidate> {
     if !rig.signals.contains("p_a") {
         return None;
@@ -842,20 +856,20 @@ fn pressure_friction(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Option<Cand
         .fold(1e5_f64, |most, &pressure| most.max(pressure));
     let start = force / most_pa;
     let bounds = (0.0, 1e3 * start);
-    let candidate = Candidate::new("pressure-dependent-friction", &["force-balance"]).free(
+    let starts = [start, 0.1 * start];
+    let mut candidate = Candidate::new("pressure-dependent-friction", &["force-balance"]).free(
         "per_mean_pressure_N_Pa",
         bounds,
-        &[start, 0.1 * start],
+        &starts,
     );
-    Some(if rig.signals.contains("p_b") {
-        candidate.free(
-            "per_pressure_difference_N_Pa",
-            bounds,
-            &[start, 0.1 * start],
-        )
-    } else {
-        candidate
-    })
+    if rig.signals.contains("p_b") {
+        candidate = candidate.free("per_pressure_difference_N_Pa", bounds, &starts);
+    }
+    if rig.value("friction.static_N").is_some() {
+        let key = "static_rise_per_mean_pressure_N_Pa";
+        candidate = candidate.free(key, (-bounds.1, bounds.1), &starts);
+    }
+    Some(candidate.voiding(&["friction.coulomb_N", "friction.static_N"]))
 }
 
 /// A typical speed of the recordings, m/s.

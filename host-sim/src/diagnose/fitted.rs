@@ -171,7 +171,20 @@ impl<'a> Bench<'a> {
         let added = set
             .iter()
             .flat_map(|&index| self.candidates[index].free.iter().cloned());
-        self.ordinary.iter().cloned().chain(added).collect()
+        let ordinary = self.ordinary.iter().map(|free| {
+            let mut free = free.clone();
+            if self.is_void(set, &free.key) {
+                free.parameter.prior = None;
+            }
+            free
+        });
+        ordinary.chain(added).collect()
+    }
+
+    /// Whether what the rig states of a number does not bind a model with these effects.
+    pub(super) fn is_void(&self, set: &[usize], key: &String) -> bool {
+        let mut members = set.iter().map(|&index| &self.candidates[index]);
+        members.any(|one| one.voids.contains(key))
     }
 
     /// Fits a set, started from a model without some of its effects. Every

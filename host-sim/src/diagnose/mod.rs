@@ -56,6 +56,7 @@ use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
 use limits::Limit;
 use locate::Located;
+use loose_load::Refined;
 use misfit::MISSED;
 use next_experiment::NextExperiment;
 use proof::{Frozen, Run};
@@ -421,6 +422,18 @@ struct Searched {
     seconds: f64,
 }
 
+impl Searched {
+    /// Takes out an effect that another look at the same data shows to be none.
+    fn decline(&mut self, full: &Bench<'_>, candidate: usize) {
+        let set = search::without(&self.improved.set, candidate);
+        if let Some(others) = full.fit(&set, Some(&full.restricted(&self.improved, &set))) {
+            self.outcome.decline(candidate);
+            self.outcome.improved = others.clone();
+            self.improved = others;
+        }
+    }
+}
+
 /// What the misfit comes to in the end.
 struct Settled {
     /// Part of the misfit that named effects explain.
@@ -605,18 +618,22 @@ fn searched(
     })
 }
 
-/// What the free running axis adds: a loose load as its motion shows it.
+/// What the free running axis adds: a loose load as its motion shows it, or that it shows none.
 fn settled(full: &Bench<'_>, searched: &mut Searched) -> Settled {
-    let (baseline, outcome) = (&searched.baseline, &mut searched.outcome);
+    let refined = loose_load::refined(full, &searched.baseline, &searched.improved);
+    let is_none = |one: &Refined| search::is_no_load(full, &one.model, one.candidate);
+    if let Some(one) = refined.as_ref().filter(|one| is_none(one)) {
+        searched.decline(full, one.candidate);
+    }
     let mut settled = Settled {
-        explained: assemble::explained(baseline, &searched.improved, &full.noise),
+        explained: assemble::explained(&searched.baseline, &searched.improved, &full.noise),
         improved: searched.improved.clone(),
         term: None,
     };
-    if let Some(refined) = loose_load::refined(full, baseline, &settled.improved) {
-        outcome.explains(refined.candidate, refined.share);
-        settled.explained = settled.explained.max(refined.share);
-        settled.improved = refined.model;
+    if let Some(one) = refined.filter(|one| !is_none(one)) {
+        searched.outcome.explains(one.candidate, one.share);
+        settled.explained = settled.explained.max(one.share);
+        settled.improved = one.model;
     }
     settled
 }

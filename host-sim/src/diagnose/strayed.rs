@@ -109,6 +109,7 @@ pub(super) fn is_disguise(bench: &Bench<'_>, model: &Fitted) -> bool {
 fn far_off(bench: &Bench<'_>, model: &Fitted) -> Vec<(f64, String)> {
     let off = |key: &String| deviations_in(bench, model, key);
     let ordinary = bench.ordinary.iter().map(|free| free.key.clone());
+    let ordinary = ordinary.filter(|key| !bench.is_void(&model.set, key));
     let keys = ordinary.map(|key| (off(&key), key));
     let mut keys: Vec<(f64, String)> = keys.filter(|(off, _)| *off > STRAYED).collect();
     keys.sort_by(|a, b| b.0.total_cmp(&a.0));

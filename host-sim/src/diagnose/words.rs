@@ -130,6 +130,12 @@ const SPOKEN: &[Spoken] = &[
         "N/bar",
         1e5,
     ),
+    say(
+        "static_rise_per_mean_pressure_N_Pa",
+        "at break-away more per mean pressure",
+        "N/bar",
+        1e5,
+    ),
     say("cosine", "cosine part", "%", 100.0),
     say("sine", "sine part", "%", 100.0),
     say("wavelength_m", "wavelength", "mm", 1e3),

@@ -4,14 +4,17 @@
 //!
 //! ```text
 //! FC    = FC0 + dFC + a (pa + pb - 2 p0)/2 + d |pa - pb|
-//! FS    = FS0 + dFC + dFS + a (...) + d |...|
+//! FS    = FS0 + dFC + dFS + a (...) + d |...| + b (pa + pb - 2 p0)/2
 //! sigma2 = sigma2_0 + dsigma2
 //! FL    = FL0 + dFL
 //! ```
 //!
 //! Source: the paper's figures 12 and 13 show FC, FS and sigma2 growing about
 //! linearly with pressure and pressure difference while its (9)-(11) hold them
-//! constant. Typical a: 2-6 N/bar, d: 0.5-3 N/bar. Confused with a scale of the
+//! constant. Typical a: 2-6 N/bar, d: 0.5-3 N/bar; a seal that is pressed harder holds
+//! harder too, so that with FS/FC kept b is a (FS0 - FC0)/FC0. While the carriage slides d
+//! cannot be told from a scale of FC, sigma2 and mass together, but for braking against
+//! driving: where b is left out, break-aways bend both. Confused with a scale of the
 //! piston area (friction that follows the pressure difference looks like lost
 //! area) and with FC fitted at the working pressure; strokes at several supply
 //! pressures separate them. A constant force is confused with the offset of a
@@ -33,6 +36,9 @@ pub struct FrictionTerms<R> {
     pub per_mean_pressure_n_per_pa: R,
     /// `pressure-dependent-friction`: d, N per Pa of pressure difference.
     pub per_pressure_difference_n_per_pa: R,
+    /// `pressure-dependent-friction`: b, N per Pa of mean gauge pressure by which FS grows
+    /// more than FC.
+    pub static_rise_per_mean_pressure_n_per_pa: R,
     /// `constant-force`: dFL against +x, N.
     pub constant_force_n: R,
 }
@@ -45,6 +51,7 @@ impl<R: Real> FrictionTerms<R> {
         viscous_n_s_per_m: R::ZERO,
         per_mean_pressure_n_per_pa: R::ZERO,
         per_pressure_difference_n_per_pa: R::ZERO,
+        static_rise_per_mean_pressure_n_per_pa: R::ZERO,
         constant_force_n: R::ZERO,
     };
 
@@ -62,7 +69,10 @@ impl<R: Real> FrictionTerms<R> {
             + self.per_pressure_difference_n_per_pa * (gauge_a_pa - gauge_b_pa).abs();
         FrictionLevels {
             coulomb_n: declared.coulomb_n + added,
-            static_n: declared.static_n + added + self.stribeck_n,
+            static_n: declared.static_n
+                + added
+                + self.stribeck_n
+                + self.static_rise_per_mean_pressure_n_per_pa * mean,
             viscous_n_s_per_m: declared.viscous_n_s_per_m + self.viscous_n_s_per_m,
         }
     }

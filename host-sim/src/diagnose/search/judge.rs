@@ -365,22 +365,7 @@ impl<'a> Judge<'a> {
         !free.is_empty()
             && (own.all(|(_, at_bound)| at_bound)
                 || self.is_another(model, candidate)
-                || self.is_no_load(model, candidate))
-    }
-
-    /// Whether the mass of a load is nought within what it is known to, or next to nothing beside
-    /// the carriage's. With spring and damper free, such a load is bent to whatever one creep or
-    /// break-away misses: 0.3 +- 0.2 kg behind 5 +- 11 N/mm was named, with 0.69, where nothing
-    /// was missing.
-    fn is_no_load(&self, model: &Fitted, candidate: usize) -> bool {
-        let mut free = self.bench.candidates[candidate].free.iter();
-        let mass = free.find(|free| free.key.ends_with(".load_mass_kg"));
-        let Some(place) = mass.and_then(|mass| model.place(&mass.key)) else {
-            return false;
-        };
-        let known_to_kg = model.standard_deviations[place].unwrap_or(0.0);
-        let moving_kg = self.bench.rig.value("carriage.mass_kg").unwrap_or(0.0);
-        model.values[place] < (TOLD_FROM_NOUGHT * known_to_kg).max(LEAST_LOAD * moving_kg)
+                || is_no_load(self.bench, model, candidate))
     }
 
     /// Whether a decisive number of an effect stands on its bound: a play of nought is
@@ -402,6 +387,21 @@ impl<'a> Judge<'a> {
         all.zip(model.at_bound.iter().copied())
             .filter(move |(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
     }
+}
+
+/// Whether the mass of a load is nought within what it is known to, or next to nothing beside
+/// the carriage's. With spring and damper free, such a load is bent to whatever one creep or
+/// break-away misses: 0.3 +- 0.2 kg behind 5 +- 11 N/mm was named, with 0.69, where nothing
+/// was missing.
+pub(in crate::diagnose) fn is_no_load(bench: &Bench<'_>, model: &Fitted, candidate: usize) -> bool {
+    let mut free = bench.candidates[candidate].free.iter();
+    let mass = free.find(|free| free.key.ends_with(".load_mass_kg"));
+    let Some(place) = mass.and_then(|mass| model.place(&mass.key)) else {
+        return false;
+    };
+    let known_to_kg = model.standard_deviations[place].unwrap_or(0.0);
+    let moving_kg = bench.rig.value("carriage.mass_kg").unwrap_or(0.0);
+    model.values[place] < (TOLD_FROM_NOUGHT * known_to_kg).max(LEAST_LOAD * moving_kg)
 }
 
 /// What must be brought down to this for something to be plain, beside so many

@@ -18,7 +18,7 @@ use std::collections::BTreeSet;
 pub use evidence::Evidence;
 pub(super) use evidence::mean;
 pub use judge::PLAIN_RATIO;
-pub(super) use judge::plain_ratio;
+pub(super) use judge::{is_no_load, plain_ratio};
 pub(super) use sets::{with, without};
 
 /// Largest set tried.
