@@ -5,6 +5,21 @@ use model_core::carriage::CarriageState;
 use model_core::chamber::{Chamber, ChamberFlow, ChamberState};
 use model_core::real::Real;
 use model_core::valve::{FlowLaw, GasState};
+use std::path::{Path, PathBuf};
+
+/// A folder of recordings, if it is there: in `$PNEUMA_RECORDINGS`, else beside the workspace in
+/// `../shared/recordings`. Where it is missing it says so, and tests that need it pass.
+pub fn recordings(folder: &str) -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings");
+    let root = std::env::var_os("PNEUMA_RECORDINGS").map_or(beside, PathBuf::from);
+    let folder = root.join(folder);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    println!("SKIPPED: no recordings at {}", folder.display());
+    println!("SKIPPED: set PNEUMA_RECORDINGS to the folder that holds `real` and `practice`");
+    None
+}
 
 /// State of [`plain_step`].
 #[derive(Clone, Copy, Debug, PartialEq)]

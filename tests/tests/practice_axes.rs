@@ -1,8 +1,7 @@
 //! The whole diagnosis on the practice axes: a plant that another program simulated, twelve
 //! cases with their truth beside them.
 //!
-//! The recordings are looked for in `$PNEUMA_RECORDINGS`, else beside the workspace in
-//! `../shared/recordings`; where they are missing the tests say so and pass.
+//! Where the recordings are missing the tests say so and pass ([`tests::recordings`]).
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
@@ -10,19 +9,8 @@ use host_sim::diagnose::diagnose;
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
 use std::convert::Infallible;
-use std::path::{Path, PathBuf};
-use xtask::practice::{Truth, recordings};
-
-fn folder(axis: &str) -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings");
-    let root = std::env::var_os("PNEUMA_RECORDINGS").map_or(beside, PathBuf::from);
-    let folder = root.join("practice").join(axis);
-    if !folder.is_dir() {
-        println!("SKIPPED: no recordings at {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
+use std::path::PathBuf;
+use xtask::practice::{self, Truth};
 
 /// Verdict, effects, places and sizes are the true ones.
 fn is_understood(axis: &str) {
@@ -31,10 +19,12 @@ fn is_understood(axis: &str) {
 
 /// The same but for one size, which is known to come out wrong.
 fn is_understood_but_for(axis: &str, known_to_be_off: &str) {
-    let Some(folder) = folder(axis) else { return };
+    let Some(folder) = tests::recordings(&format!("practice/{axis}")) else {
+        return;
+    };
     let rig = Rig::read(folder.join("rig.toml")).unwrap();
     let read = |begin: &str| -> Vec<Recording> {
-        let files = recordings(&folder, begin).unwrap();
+        let files = practice::recordings(&folder, begin).unwrap();
         let read = |file: &PathBuf| Recording::read(file, &rig.signals).unwrap();
         files.iter().map(read).collect()
     };

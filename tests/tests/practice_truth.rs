@@ -6,9 +6,8 @@
 //! parameters stand beside the recordings. What is left after putting them in
 //! is noise, quantisation and the error of our own schemes.
 //!
-//! The recordings are not part of the repository: they are looked for in
-//! `$PNEUMA_RECORDINGS`, else beside the workspace in `../shared/recordings`.
-//! Where they are missing the test says so and passes.
+//! The recordings are not part of the repository; where they are missing the test says so and
+//! passes ([`tests::recordings`]).
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
@@ -18,7 +17,7 @@ use host_sim::laws::{Law, Track, View};
 use host_sim::model::Values;
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use tests::rms;
 
 const RECORDINGS: [&str; 6] = [
@@ -69,19 +68,6 @@ const TRUE_NAMES: [(&str, &str); 12] = [
     ("valve.critical_pressure_ratio", "b"),
 ];
 
-/// The folder of the case, if it is there.
-fn folder() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings");
-    let root = std::env::var_os("PNEUMA_RECORDINGS").map_or(beside, PathBuf::from);
-    let folder = root.join("practice/p01");
-    if folder.join("rig.toml").is_file() {
-        return Some(folder);
-    }
-    println!("SKIPPED: no recordings in {}", folder.display());
-    println!("SKIPPED: set PNEUMA_RECORDINGS to the folder that holds practice/p01");
-    None
-}
-
 /// The rig of the case with the plant's true values, the supply constant at its
 /// true pressure.
 fn true_rig(folder: &Path) -> Rig {
@@ -110,7 +96,9 @@ fn recordings(folder: &Path, rig: &Rig) -> Vec<Recording> {
 
 #[test]
 fn val_chambers_predict_the_practice_plant_to_its_noise() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = tests::recordings("practice/p01") else {
+        return;
+    };
     let rig = true_rig(&folder);
     for recording in recordings(&folder, &rig) {
         for (signal, error_pa) in pressure_errors(&rig, &recording) {
@@ -151,7 +139,9 @@ fn pressure_errors(rig: &Rig, recording: &Recording) -> Vec<(&'static str, f64)>
 
 #[test]
 fn val_carriage_predicts_the_practice_plant() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = tests::recordings("practice/p01") else {
+        return;
+    };
     let rig = true_rig(&folder);
     for recording in recordings(&folder, &rig) {
         let windows_m = window_error_m(&rig, &recording);
@@ -169,7 +159,9 @@ fn val_carriage_predicts_the_practice_plant() {
 
 #[test]
 fn val_balance_of_the_practice_plant_closes_to_its_noise() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = tests::recordings("practice/p01") else {
+        return;
+    };
     let rig = true_rig(&folder);
     for recording in recordings(&folder, &rig) {
         let tracks = [Track::new(&recording)];

@@ -4,9 +4,8 @@
 //! The marks are those of `docs/evidence.md`: what a competent person got by
 //! hand, to be met or beaten. Held-out data are never looked at before every
 //! parameter is frozen; their initial states are estimated for every model
-//! alike. The recordings are looked for in `$PNEUMA_RECORDINGS`, else beside
-//! the workspace in `../shared/recordings`; where they are missing the tests
-//! say so and pass.
+//! alike. Where the recordings are missing the tests say so and pass
+//! ([`tests::recordings`]).
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
@@ -15,7 +14,7 @@ use host_sim::diagnose::{Diagnosis, diagnose};
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
 use std::convert::Infallible;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const PSI_PA: f64 = 6894.757;
 const BAR_PA: f64 = 1e5;
@@ -23,24 +22,13 @@ const BAR_PA: f64 = 1e5;
 /// A recording, or the part of one between two percentages of its rows.
 type Part = (&'static str, f64, f64);
 
-fn folder(name: &str) -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings");
-    let root = std::env::var_os("PNEUMA_RECORDINGS").map_or(beside, PathBuf::from);
-    let folder = root.join("real").join(name);
-    if !folder.is_dir() {
-        println!("SKIPPED: no recordings at {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
-
 fn rig(name: &str) -> Rig {
     let rigs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-sim/rigs");
     Rig::read(rigs.join(format!("{name}.toml"))).unwrap()
 }
 
 fn run(name: &str, train: &[Part], held_out: &[Part]) -> Option<Diagnosis> {
-    let folder = folder(name)?;
+    let folder = tests::recordings(&format!("real/{name}"))?;
     let rig = rig(name);
     let read = |parts: &[Part]| -> Vec<Recording> {
         parts
@@ -221,10 +209,9 @@ fn val_vessel_leaks_through_a_gap_and_not_an_orifice() {
 
 #[test]
 fn val_whole_axis_with_nothing_missing_is_told_so() {
-    let Some(real) = folder("gas-cylinder") else {
+    let Some(case) = tests::recordings("practice/p01") else {
         return;
     };
-    let case = real.join("../../practice/p01");
     let rig = Rig::read(case.join("rig.toml")).unwrap();
     let read = |names: &[&str]| -> Vec<Recording> {
         let path = |name: &&str| case.join(format!("{name}.csv"));
