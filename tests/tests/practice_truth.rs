@@ -48,9 +48,9 @@ const WINDOW_ERROR_M: f64 = 0.12e-3;
 /// noise, 0.17 N a sample, walks to 0.17 N / 70 N s/m * 1 ms * sqrt(10000) = 0.24 mm.
 const WHOLE_ERROR_M: f64 = 0.5e-3;
 
-/// Rms of the balance while sliding, N. The pressures' noise is 0.18 N a sample, 0.04 N under the
-/// bump; 0.045 N measured outside of this program. With a smoothed velocity it was 0.11 N.
-const BALANCE_ERROR_N: f64 = 0.06;
+/// Median error of the balance while sliding, N. The pressures' noise is 0.18 N a sample and 0.04 N
+/// rms under the bump, of which the median is 0.67.
+const BALANCE_ERROR_N: f64 = 0.04;
 
 /// Where the true value of a rig's key stands in `truth.json`.
 const TRUE_NAMES: [(&str, &str); 12] = [
@@ -175,8 +175,11 @@ fn val_balance_of_the_practice_plant_closes_to_its_noise() {
             presence: None,
         };
         let sliding_n = &problem.predict(&[])[0].0[0];
-        let error_n = rms(sliding_n.iter().copied().filter(|error| error.is_finite()));
-        println!("{}: {error_n:.3} N rms while sliding", recording.name);
+        let mut errors_n: Vec<f64> = sliding_n.iter().map(|error| error.abs()).collect();
+        errors_n.retain(|error| error.is_finite());
+        let middle = errors_n.len() / 2;
+        let (_, &mut error_n, _) = errors_n.select_nth_unstable_by(middle, f64::total_cmp);
+        println!("{}: {error_n:.4} N, the median while sliding", recording.name);
         assert!(error_n < BALANCE_ERROR_N);
     }
 }
