@@ -179,7 +179,10 @@ fn val_balance_of_the_practice_plant_closes_to_its_noise() {
         errors_n.retain(|error| error.is_finite());
         let middle = errors_n.len() / 2;
         let (_, &mut error_n, _) = errors_n.select_nth_unstable_by(middle, f64::total_cmp);
-        println!("{}: {error_n:.4} N, the median while sliding", recording.name);
+        println!(
+            "{}: {error_n:.4} N, the median while sliding",
+            recording.name
+        );
         assert!(error_n < BALANCE_ERROR_N);
     }
 }
