@@ -237,8 +237,8 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
             bristle.step_driven_by(&dry, rise_n, step, state.deflection_m, dt);
         state.deflection_m = deflection;
         // Of the position itself, as the acceleration is: the bump takes its noise, and a smoothed
-        // velocity is off by 0.1 N where the force rises by 20 bar/s. On practice axes that bent
-        // mass and friction by 2 to 4 %, where only their sum with another force is known.
+        // velocity is off by 0.07 N where the pressures part by 20 bar/s. That bent mass and friction
+        // of practice axes p05 and p10 by 2 to 4 %.
         let speed = R::from_f64(slope(time, position, row, 1));
         let viscous = levels.viscous_n_s_per_m * speed;
         let outer = outer_n(&carriage, &state);

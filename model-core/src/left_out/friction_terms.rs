@@ -14,7 +14,7 @@
 //! constant. Typical a: 2-6 N/bar, d: 0.5-3 N/bar; a seal that is pressed harder holds
 //! harder too, so that with FS/FC kept b is a (FS0 - FC0)/FC0. While the carriage slides d
 //! cannot be told from a scale of FC, sigma2 and mass together, but for braking against
-//! driving: where b is left out, break-aways bend both. Confused with a scale of the
+//! driving. Confused with a scale of the
 //! piston area (friction that follows the pressure difference looks like lost
 //! area) and with FC fitted at the working pressure; strokes at several supply
 //! pressures separate them. A constant force is confused with the offset of a
