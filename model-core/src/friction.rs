@@ -135,26 +135,32 @@ impl<R: Real> Bristle<R> {
         deflection_m: R,
         dt_s: R,
     ) -> (R, R) {
-        self.step_driven_by(levels, R::ZERO, velocity_m_per_s, deflection_m, dt_s)
+        let sliding = levels.sliding_n(self, velocity_m_per_s);
+        let steady = sliding / self.stiffness_n_per_m;
+        let target = steady * velocity_m_per_s.signum();
+        let travelled = velocity_m_per_s.abs() * dt_s / steady;
+        let deflection = target + (deflection_m - target) * (-travelled).exp();
+        self.bent(levels, deflection, deflection_m, velocity_m_per_s, dt_s)
     }
 
-    /// The same with levels that g rose to by `rise_n`, evenly over the step. Taken as if it had
-    /// been there from the step's begin, g of 5 N/bar leads by up to half a row: 0.01 N at 20 bar/s,
-    /// which a fit mistakes for other forces.
-    pub fn step_driven_by(
+    /// The same with g rising evenly over the step between the two `sliding_n`, of which the
+    /// second is that of the levels at the velocity. Taken as if it had been there from the step's
+    /// begin, g of 5 N/bar leads by up to half a row: 0.01 N at 20 bar/s, which a fit mistakes for
+    /// other forces.
+    pub fn step_driven_between(
         &self,
+        sliding_n: [R; 2],
         levels: &FrictionLevels<R>,
-        rise_n: R,
         velocity_m_per_s: R,
         deflection_m: R,
         dt_s: R,
     ) -> (R, R) {
-        let sliding = levels.sliding_n(self, velocity_m_per_s);
-        let steady = sliding / self.stiffness_n_per_m;
         let direction = velocity_m_per_s.signum();
-        let target = steady * direction;
-        let midway = steady - rise_n / self.stiffness_n_per_m * R::from_f64(0.5);
-        let travelled = velocity_m_per_s.abs() * dt_s / midway.max(R::from_f64(0.5) * steady);
+        let steady = sliding_n[1] / self.stiffness_n_per_m;
+        let risen = (sliding_n[1] - sliding_n[0]) / self.stiffness_n_per_m;
+        let half = R::from_f64(0.5);
+        let midway = (steady - risen * half).max(steady * half);
+        let travelled = velocity_m_per_s.abs() * dt_s / midway;
         let left = (-travelled).exp();
         // What an even rise leaves, less what a sudden one at the begin does.
         let behind = if travelled > R::from_f64(LEAST_TRAVEL) {
@@ -162,13 +168,25 @@ impl<R: Real> Bristle<R> {
         } else {
             R::ZERO
         };
-        let risen = rise_n / self.stiffness_n_per_m * direction;
-        let deflection = target + (deflection_m - target) * left - risen * behind;
+        let target = steady * direction;
+        let deflection = target + (deflection_m - target) * left - risen * direction * behind;
+        self.bent(levels, deflection, deflection_m, velocity_m_per_s, dt_s)
+    }
+
+    /// A deflection within LuGre's bound, and the mean force of the step that led to it.
+    fn bent(
+        &self,
+        levels: &FrictionLevels<R>,
+        deflection_m: R,
+        before_m: R,
+        velocity_m_per_s: R,
+        dt_s: R,
+    ) -> (R, R) {
         // LuGre's own bound. Not `steady`: a bristle that was bent by stiction
         // relaxes to the sliding level over some way, not at once.
         let most = levels.sliding_n(self, R::ZERO) / self.stiffness_n_per_m;
-        let deflection = deflection.clamp(-most, most);
-        let force = self.force_n(levels, deflection_m, deflection, velocity_m_per_s, dt_s);
+        let deflection = deflection_m.clamp(-most, most);
+        let force = self.force_n(levels, before_m, deflection, velocity_m_per_s, dt_s);
         (deflection, force)
     }
 
@@ -245,7 +263,8 @@ mod tests {
                     (fine, _) = bristle.step_driven(&levels, velocity, fine, 1e-6);
                 }
                 let levels = level(end_s);
-                (rows, _) = bristle.step_driven_by(&levels, 2.0, velocity, rows, 1e-3);
+                let sliding = [end_s - 1e-3, end_s].map(|time_s| level(time_s).coulomb_n);
+                (rows, _) = bristle.step_driven_between(sliding, &levels, velocity, rows, 1e-3);
                 (sudden, _) = bristle.step_driven(&levels, velocity, sudden, 1e-3);
             }
             let error_n = |z: f64| ((z - fine) * bristle.stiffness_n_per_m).abs();

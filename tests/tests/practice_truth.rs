@@ -109,19 +109,29 @@ fn val_chambers_predict_the_practice_plant_to_its_noise() {
     }
 }
 
+/// A law with the rig's values and nothing to fit but initial states.
+fn unfitted<'a>(
+    law: Law,
+    rig: &'a Rig,
+    tracks: &'a [Track<'a>],
+    sigma: &'a [f64],
+) -> LawProblem<'a> {
+    LawProblem {
+        law,
+        rig,
+        tracks,
+        free: &[],
+        sigma,
+        left_out: None,
+        presence: None,
+    }
+}
+
 /// Rms error of each pressure, free-running over the whole recording from
 /// estimated initial states.
 fn pressure_errors(rig: &Rig, recording: &Recording) -> Vec<(&'static str, f64)> {
     let tracks = [Track::new(recording)];
-    let mut problem = LawProblem {
-        law: Law::Chambers,
-        rig,
-        tracks: &tracks,
-        free: &[],
-        sigma: &[SENSOR_PA, SENSOR_PA],
-        left_out: None,
-        presence: None,
-    };
+    let mut problem = unfitted(Law::Chambers, rig, &tracks, &[SENSOR_PA, SENSOR_PA]);
     let parameters = problem.parameters();
     let fit = solve(&mut problem, &parameters, &Options::default()).unwrap();
     assert!(fit.converged.is_converged());
@@ -165,15 +175,7 @@ fn val_balance_of_the_practice_plant_closes_to_its_noise() {
     let rig = true_rig(&folder);
     for recording in recordings(&folder, &rig) {
         let tracks = [Track::new(&recording)];
-        let problem = LawProblem {
-            law: Law::Balance,
-            rig: &rig,
-            tracks: &tracks,
-            free: &[],
-            sigma: &[1.0; 3],
-            left_out: None,
-            presence: None,
-        };
+        let problem = unfitted(Law::Balance, &rig, &tracks, &[1.0; 3]);
         let sliding_n = &problem.predict(&[])[0].0[0];
         let mut errors_n: Vec<f64> = sliding_n.iter().map(|error| error.abs()).collect();
         errors_n.retain(|error| error.is_finite());
@@ -191,15 +193,7 @@ fn val_balance_of_the_practice_plant_closes_to_its_noise() {
 /// estimated at its start.
 fn window_error_m(rig: &Rig, recording: &Recording) -> f64 {
     let tracks = [Track::new(recording)];
-    let problem = LawProblem {
-        law: Law::Carriage,
-        rig,
-        tracks: &tracks,
-        free: &[],
-        sigma: &[1.0],
-        left_out: None,
-        presence: None,
-    };
+    let problem = unfitted(Law::Carriage, rig, &tracks, &[1.0]);
     let predicted = &problem.predict(&[])[0].0[0];
     let errors = predicted.iter().zip(problem.recorded(0)[0]);
     rms(errors

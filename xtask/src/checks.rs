@@ -1,13 +1,10 @@
 //! The steps of CI and their summary.
 
-use crate::shell::{self, Outcome, as_typed, cargo};
+use crate::shell::{self, Outcome, RECORDINGS, as_typed, cargo};
 use crate::{image, lint, setup, size};
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
-
-/// Where tests look for recordings of real axes.
-const RECORDINGS: &str = "PNEUMA_RECORDINGS";
 
 /// One thing that a change must pass.
 struct Step {
@@ -87,9 +84,8 @@ fn run_tests() -> Outcome {
 }
 
 fn find_recordings() -> Option<PathBuf> {
-    let named = std::env::var_os(RECORDINGS).map(PathBuf::from);
-    let candidate = named.unwrap_or_else(|| shell::root().join("../shared/recordings"));
-    candidate.canonicalize().ok().filter(|path| path.is_dir())
+    let folder = shell::recordings().canonicalize().ok();
+    folder.filter(|path| path.is_dir())
 }
 
 /// The task `chip`: the images for the microcontroller build, pass clippy, and

@@ -1,6 +1,7 @@
 //! Score the controller and the comparison, and write `docs/control.md`.
 
 use crate::generated;
+use crate::practice;
 use crate::shell::{self, Outcome, cargo};
 use std::fs;
 use std::path::PathBuf;
@@ -30,19 +31,14 @@ pub fn run() -> Outcome {
 
 /// The rigs of the practice machines, where there are recordings.
 fn practice_rigs() -> Vec<PathBuf> {
-    let beside = shell::root().join("../shared/recordings");
-    let root = std::env::var_os("PNEUMA_RECORDINGS").map_or(beside, PathBuf::from);
-    let Ok(entries) = fs::read_dir(root.join("practice")) else {
+    let axes = practice::axes();
+    if axes.is_empty() {
         println!(
             "no practice machines at {}: the paper's rig only",
-            root.display()
+            shell::recordings().display()
         );
-        return Vec::new();
-    };
-    let rigs = entries.flatten().map(|entry| entry.path().join("rig.toml"));
-    let mut rigs: Vec<PathBuf> = rigs.filter(|rig| rig.is_file()).collect();
-    rigs.sort();
-    rigs
+    }
+    axes.iter().map(|axis| axis.join("rig.toml")).collect()
 }
 
 const HOW: &str = "\

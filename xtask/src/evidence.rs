@@ -6,7 +6,6 @@ use crate::practice;
 use crate::shell::{self, Outcome, cargo, command};
 use serde_json::Value;
 use std::fmt::Write as _;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The page that the tables go into.
@@ -99,12 +98,11 @@ pub fn run() -> Outcome {
         rows(&mut text, case, &verdict);
     }
     PART.write(PAGE, &text)?;
-    practice::run(&recordings.join("practice"))
+    practice::run()
 }
 
 fn recordings() -> Result<PathBuf, shell::Failure> {
-    let beside = shell::root().join("../shared/recordings");
-    let root = std::env::var_os("PNEUMA_RECORDINGS").map_or(beside, PathBuf::from);
+    let root = shell::recordings();
     if root.join("real").is_dir() {
         return Ok(root);
     }
@@ -131,8 +129,7 @@ pub fn diagnosed(
     pneuma.arg("--held-out").args(held_out);
     pneuma.arg("--json").arg(&json);
     shell::run(&mut pneuma)?;
-    let text = fs::read_to_string(&json).map_err(|error| format!("{}: {error}", json.display()))?;
-    serde_json::from_str(&text).map_err(|error| format!("{}: {error}", json.display()).into())
+    shell::read_json(&json)
 }
 
 fn heading() -> String {
@@ -176,12 +173,12 @@ fn rows(text: &mut String, case: &Case, verdict: &Value) {
 }
 
 fn named(effect: &Value) -> String {
-    let places: Vec<&str> = effect["places"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_str)
-        .collect();
     let name = effect["effect"].as_str().unwrap_or("?");
-    format!("{name} ({})", places.join(", "))
+    format!("{name} ({})", strings(&effect["places"]).join(", "))
+}
+
+/// The strings of a list.
+pub fn strings(list: &Value) -> Vec<String> {
+    let all = list.as_array().into_iter().flatten();
+    all.filter_map(Value::as_str).map(str::to_owned).collect()
 }

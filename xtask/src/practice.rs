@@ -1,9 +1,9 @@
 //! The practice axes: recordings of a plant that another program simulated, each with its truth
 //! beside it, and what a verdict on one is worth.
 
-use crate::evidence::diagnosed;
+use crate::evidence::{diagnosed, strings};
 use crate::generated::{self, Part};
-use crate::shell::{Failure, Outcome};
+use crate::shell::{self, Failure, Outcome};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -15,11 +15,6 @@ const PART: Part = Part {
     name: "practice axes",
     task: "cargo xtask evidence",
 };
-
-/// The axes, each a folder.
-pub const AXES: [&str; 12] = [
-    "p01", "p02", "p03", "p04", "p05", "p06", "p07", "p08", "p09", "p10", "p11", "p12",
-];
 
 /// A size is right within this part of the true one ...
 const SIZE_SHARE: f64 = 0.15;
@@ -80,11 +75,7 @@ impl Truth {
     /// # Errors
     /// If it cannot be read or lacks what it should hold.
     pub fn read(folder: &Path) -> Result<Self, Failure> {
-        let path = folder.join("truth.json");
-        let text =
-            fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let truth: Value =
-            serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+        let truth = shell::read_json(&folder.join("truth.json"))?;
         let names = |key: &str| strings(&truth[key]);
         let places = names("places").into_iter().map(|places| {
             let mut all: Vec<String> = places.split('+').map(str::to_owned).collect();
@@ -163,11 +154,6 @@ fn sizes(plant: &Value) -> BTreeMap<String, f64> {
     plain.chain(by_pressure).collect()
 }
 
-fn strings(list: &Value) -> Vec<String> {
-    let all = list.as_array().into_iter().flatten();
-    all.filter_map(Value::as_str).map(str::to_owned).collect()
-}
-
 /// The named effects with their places.
 fn named(verdict: &Value) -> BTreeMap<String, Vec<String>> {
     let effect = |one: &Value| {
@@ -177,6 +163,16 @@ fn named(verdict: &Value) -> BTreeMap<String, Vec<String>> {
     };
     let all = verdict["effects"].as_array().into_iter().flatten();
     all.filter_map(effect).collect()
+}
+
+/// The axes, each the folder of its rig file; none where there are no recordings.
+pub fn axes() -> Vec<PathBuf> {
+    let entries = fs::read_dir(shell::recordings().join("practice"));
+    let entries = entries.into_iter().flatten().flatten();
+    let mut all: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    all.retain(|folder| folder.join("rig.toml").is_file());
+    all.sort();
+    all
 }
 
 /// The recordings of an axis whose names begin so.
@@ -197,16 +193,16 @@ pub fn recordings(folder: &Path, begin: &str) -> Result<Vec<PathBuf>, Failure> {
     Ok(all)
 }
 
-/// Diagnoses all axes of a folder and writes their table.
-pub fn run(root: &Path) -> Outcome {
+/// Diagnoses all axes and writes their table.
+pub fn run() -> Outcome {
     let mut text = heading();
-    for axis in AXES {
+    for folder in axes() {
+        let axis = folder.file_name().unwrap_or_default().to_string_lossy();
         println!("practice axis {axis}");
-        let folder = root.join(axis);
         let truth = Truth::read(&folder)?;
         let (train, held_out) = (recordings(&folder, "train")?, recordings(&folder, "held")?);
         let verdict = diagnosed(&folder.join("rig.toml"), &train, &held_out)?;
-        row(&mut text, axis, &truth, &verdict);
+        row(&mut text, &axis, &truth, &verdict);
     }
     PART.write(crate::evidence::PAGE, &text)
 }
@@ -222,8 +218,8 @@ fn heading() -> String {
 
 /// One line of an axis: the signal is the one of which the refit misses most, over its noise.
 fn row(text: &mut String, axis: &str, truth: &Truth, verdict: &Value) {
-    let listed = |names: Vec<&String>| {
-        let names: Vec<&str> = names.into_iter().map(String::as_str).collect();
+    let listed = |effects: &BTreeMap<String, Vec<String>>| {
+        let names: Vec<&str> = effects.keys().map(String::as_str).collect();
         if names.is_empty() {
             "nothing".to_owned()
         } else {
@@ -248,14 +244,14 @@ fn row(text: &mut String, axis: &str, truth: &Truth, verdict: &Value) {
     let said = if said == truth.effects {
         "right".to_owned()
     } else {
-        format!("{}: {}", verdict["verdict"], listed(said.keys().collect()))
+        format!("{}: {}", verdict["verdict"], listed(&said))
     };
     let sizes: Vec<String> = truth.found(verdict).iter().map(spoken).collect();
     // Writing into a string cannot fail.
     let _ = writeln!(
         text,
         "| {axis} | {} | {said} | {} | {signal} | {:.4} | **{:.4}** | {:.4} | {:.0} |",
-        listed(truth.effects.keys().collect()),
+        listed(&truth.effects),
         sizes.join("; "),
         fit("refitted", signal),
         fit("improved", signal),

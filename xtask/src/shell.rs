@@ -1,10 +1,14 @@
 //! Running commands, headings, failures.
 
 use std::fmt;
+use std::fs;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
+
+/// The variable that says where recordings of real axes are.
+pub const RECORDINGS: &str = "PNEUMA_RECORDINGS";
 
 /// What a task comes to.
 pub type Outcome<T = ()> = Result<T, Failure>;
@@ -35,6 +39,18 @@ impl From<&str> for Failure {
 pub fn root() -> PathBuf {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
     manifest.parent().unwrap_or(manifest).to_owned()
+}
+
+/// Where the recordings are, if anywhere: in `$PNEUMA_RECORDINGS`, else beside the repository.
+pub fn recordings() -> PathBuf {
+    let beside = || root().join("../shared/recordings");
+    std::env::var_os(RECORDINGS).map_or_else(beside, PathBuf::from)
+}
+
+/// A file of JSON.
+pub fn read_json(path: &Path) -> Result<serde_json::Value, Failure> {
+    let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
 /// Where cargo builds.

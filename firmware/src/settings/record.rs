@@ -19,7 +19,7 @@ use heapless::Vec;
 
 /// The version written and read.
 pub const VERSION: u16 = 7;
-/// The longest content: with full tables it is 1046 bytes.
+/// The longest content: with full tables it is 1050 bytes.
 pub const LONGEST_CONTENT: usize = 1072;
 /// Bytes before the content.
 pub const HEADER_BYTES: usize = 16;

@@ -3,6 +3,7 @@
 
 use super::candidates::Candidate;
 use super::proof;
+use super::search::without;
 use crate::fit::compass::{self, Varied};
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
@@ -182,9 +183,15 @@ impl<'a> Bench<'a> {
     }
 
     /// Whether what the rig states of a number does not bind a model with these effects.
-    pub(super) fn is_void(&self, set: &[usize], key: &String) -> bool {
-        let mut members = set.iter().map(|&index| &self.candidates[index]);
-        members.any(|one| one.voids.contains(key))
+    pub(super) fn is_void(&self, set: &[usize], key: &str) -> bool {
+        let mut voids = set.iter().flat_map(|&index| &self.candidates[index].voids);
+        voids.any(|void| void == key)
+    }
+
+    /// The model fitted without one of its effects.
+    pub(super) fn without(&self, model: &Fitted, candidate: usize) -> Option<Fitted> {
+        let set = without(&model.set, candidate);
+        self.fit(&set, Some(&self.restricted(model, &set)))
     }
 
     /// Fits a set, started from a model without some of its effects. Every

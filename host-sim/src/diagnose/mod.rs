@@ -411,27 +411,13 @@ fn faults(recordings: &[Recording], inspections: &[Inspection]) -> Vec<(String, 
         .collect()
 }
 
-/// What a search of the effects brought, and the models fitted to the end.
+/// What a search of the effects brought, its models fitted to the end.
 struct Searched {
-    baseline: Fitted,
-    improved: Fitted,
     outcome: Outcome,
     masked: BTreeMap<usize, f64>,
     screened: Vec<String>,
     limits: Vec<Limit>,
     seconds: f64,
-}
-
-impl Searched {
-    /// Takes out an effect that another look at the same data shows to be none.
-    fn decline(&mut self, full: &Bench<'_>, candidate: usize) {
-        let set = search::without(&self.improved.set, candidate);
-        if let Some(others) = full.fit(&set, Some(&full.restricted(&self.improved, &set))) {
-            self.outcome.decline(candidate);
-            self.outcome.improved = others.clone();
-            self.improved = others;
-        }
-    }
 }
 
 /// What the misfit comes to in the end.
@@ -441,6 +427,17 @@ struct Settled {
     /// The model with them, or with a table.
     improved: Fitted,
     term: Option<unknown_term::Term>,
+}
+
+impl Settled {
+    /// What the effects of a search alone come to.
+    fn of(full: &Bench<'_>, outcome: &Outcome) -> Self {
+        Self {
+            explained: assemble::explained(&outcome.baseline, &outcome.improved, &full.noise),
+            improved: outcome.improved.clone(),
+            term: None,
+        }
+    }
 }
 
 fn diagnose_law(
@@ -488,7 +485,7 @@ fn tabled(
     progress: &dyn Fn(&str),
 ) -> LawDiagnosis {
     progress("a table in the place of a law");
-    let found = unknown_term::find(full, &searched.baseline, &of_effects.improved);
+    let found = unknown_term::find(full, &searched.outcome.baseline, &of_effects.improved);
     let Some((term, improved)) = found else {
         return of_effects;
     };
@@ -513,7 +510,8 @@ fn written(
     settled: Settled,
     progress: &dyn Fn(&str),
 ) -> LawDiagnosis {
-    let (baseline, outcome) = (&searched.baseline, &searched.outcome);
+    let outcome = &searched.outcome;
+    let baseline = &outcome.baseline;
     if !outcome.rivals.is_empty() {
         progress("what to record to tell rivals apart");
     }
@@ -608,8 +606,6 @@ fn searched(
         outcome.decline_all();
     }
     Some(Searched {
-        baseline: outcome.baseline.clone(),
-        improved: outcome.improved.clone(),
         masked: masked(full, &outcome),
         screened,
         limits,
@@ -620,18 +616,19 @@ fn searched(
 
 /// What the free running axis adds: a loose load as its motion shows it, or that it shows none.
 fn settled(full: &Bench<'_>, searched: &mut Searched) -> Settled {
-    let refined = loose_load::refined(full, &searched.baseline, &searched.improved);
+    let outcome = &mut searched.outcome;
+    let refined = loose_load::refined(full, &outcome.baseline, &outcome.improved);
     let is_none = |one: &Refined| search::is_no_load(full, &one.model, one.candidate);
     if let Some(one) = refined.as_ref().filter(|one| is_none(one)) {
-        searched.decline(full, one.candidate);
+        if let Some(others) = full.without(&outcome.improved, one.candidate) {
+            outcome.decline(one.candidate);
+            outcome.improved = others;
+        }
+        return Settled::of(full, outcome);
     }
-    let mut settled = Settled {
-        explained: assemble::explained(&searched.baseline, &searched.improved, &full.noise),
-        improved: searched.improved.clone(),
-        term: None,
-    };
-    if let Some(one) = refined.filter(|one| !is_none(one)) {
-        searched.outcome.explains(one.candidate, one.share);
+    let mut settled = Settled::of(full, outcome);
+    if let Some(one) = refined {
+        outcome.explains(one.candidate, one.share);
         settled.explained = settled.explained.max(one.share);
         settled.improved = one.model;
     }

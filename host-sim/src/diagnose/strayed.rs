@@ -10,7 +10,7 @@
 //! how far they are from what the rig file states (the posterior's maximum).
 
 use super::fitted::{Bench, Fitted, correlation_length};
-use super::search::{Evidence, Outcome, with, without};
+use super::search::{Evidence, Outcome, with};
 use crate::rig::Rig;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -83,9 +83,7 @@ fn without_needless(bench: &Bench<'_>, mut outcome: Outcome) -> Outcome {
         .map(|one| one.candidate)
         .collect();
     for candidate in found {
-        let improved = &outcome.improved;
-        let set = without(&improved.set, candidate);
-        let Some(others) = bench.fit(&set, Some(&bench.restricted(improved, &set))) else {
+        let Some(others) = bench.without(&outcome.improved, candidate) else {
             continue;
         };
         if !bench.misses_plainly(&others) && far_off(bench, &others).is_empty() {
@@ -108,9 +106,9 @@ pub(super) fn is_disguise(bench: &Bench<'_>, model: &Fitted) -> bool {
 /// The numbers of a model that are far from what the rig states, the farthest first.
 fn far_off(bench: &Bench<'_>, model: &Fitted) -> Vec<(f64, String)> {
     let off = |key: &String| deviations_in(bench, model, key);
-    let ordinary = bench.ordinary.iter().map(|free| free.key.clone());
-    let ordinary = ordinary.filter(|key| !bench.is_void(&model.set, key));
-    let keys = ordinary.map(|key| (off(&key), key));
+    let ordinary = bench.ordinary.iter().map(|free| &free.key);
+    let bound = ordinary.filter(|key| !bench.is_void(&model.set, key));
+    let keys = bound.map(|key| (off(key), key.clone()));
     let mut keys: Vec<(f64, String)> = keys.filter(|(off, _)| *off > STRAYED).collect();
     keys.sort_by(|a, b| b.0.total_cmp(&a.0));
     keys

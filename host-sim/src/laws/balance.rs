@@ -230,11 +230,11 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
             ..levels
         };
         let step = R::from_f64(way / dt_s);
-        let sliding_n = dry.sliding_n(&bristle, step);
-        let rise_n = sliding_n - sliding_before_n.unwrap_or(sliding_n);
-        sliding_before_n = Some(sliding_n);
+        let here_n = dry.sliding_n(&bristle, step);
+        let sliding_n = [sliding_before_n.unwrap_or(here_n), here_n];
+        sliding_before_n = Some(here_n);
         let (deflection, friction) =
-            bristle.step_driven_by(&dry, rise_n, step, state.deflection_m, dt);
+            bristle.step_driven_between(sliding_n, &dry, step, state.deflection_m, dt);
         state.deflection_m = deflection;
         // Of the position itself, as the acceleration is: the bump takes its noise, and a smoothed
         // velocity is off by 0.07 N where the pressures part by 20 bar/s. That bent mass and friction
