@@ -16,6 +16,7 @@
 mod between_rows;
 pub mod candidates;
 pub mod fitted;
+mod fold_squares;
 mod gaps;
 mod hidden_gauge;
 mod intermittent;

@@ -19,6 +19,7 @@
 
 use super::candidates::Candidate;
 use super::fitted::{Bench, Fitted};
+use super::fold_squares::FoldSquares;
 use super::search::plain_ratio;
 use crate::fit::law_problem::{Folds, FreeParameter};
 use crate::gauge::error_key;
@@ -304,13 +305,10 @@ fn ratio(energy: f64, other: f64) -> f64 {
 }
 
 /// Energy above the noise of squares by output and fold, each output in its noise.
-fn above_noise(bench: &Bench<'_>, judged: &[Vec<f64>]) -> f64 {
+fn above_noise(bench: &Bench<'_>, judged: &[FoldSquares]) -> f64 {
     let outputs = judged.iter().zip(&bench.noise);
     outputs
-        .map(|(squares, noise)| {
-            let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-            (mean / noise.powi(2) - 1.0).max(f64::MIN_POSITIVE)
-        })
+        .map(|(squares, noise)| (squares.mean() / noise.powi(2) - 1.0).max(f64::MIN_POSITIVE))
         .sum()
 }
 

@@ -11,6 +11,7 @@ use crate::model::Values;
 use crate::rig::Rig;
 use model_core::real::{Dual, Real};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The most parameters that act on one recording at a time.
@@ -194,6 +195,32 @@ impl<R: Real> Piece<'_, '_, R> {
             }
         }
         room
+    }
+}
+
+/// The part of a mean around a row that lies in some stretches.
+fn part_of(weights: &[f64], row: usize, stretches: &[Range<usize>]) -> f64 {
+    let first = row as isize - (weights.len() / 2) as isize;
+    let is_in = |place: usize| {
+        let row = usize::try_from(first + place as isize);
+        row.is_ok_and(|row| stretches.iter().any(|rows| rows.contains(&row)))
+    };
+    let inside = weights
+        .iter()
+        .enumerate()
+        .filter(|(place, _)| is_in(*place));
+    inside.map(|(_, weight)| weight).sum()
+}
+
+/// So much of one number, and of another what is missing of a whole.
+fn mix<R: Real>(one: R, other: R, part: f64) -> R {
+    // What is not there may be no number.
+    if part <= 0.0 {
+        other
+    } else if part >= 1.0 {
+        one
+    } else {
+        other + R::from_f64(part) * (one - other)
     }
 }
 
@@ -383,20 +410,13 @@ impl LawProblem<'_> {
         start: &[R],
         sink: &mut impl FnMut(usize, &[R], &[R]),
     ) {
+        if !self.law.has_states() {
+            return self.run_apart(models, track, rows, sink);
+        }
         let count = start.len();
         let mut state = start.to_vec();
         let mut room = Vec::new();
         for piece in models.pieces(&rows) {
-            if !self.law.has_states() {
-                let mut show = |row: usize, outputs: &[R], states: &[R]| {
-                    if piece.rows.contains(&row) {
-                        sink(row, outputs, states);
-                    }
-                };
-                self.law
-                    .predict(piece.values, track, rows.clone(), start, &mut show);
-                continue;
-            }
             // One row more, from which the next piece goes on.
             let end = (piece.rows.end + 1).min(rows.end);
             let begun = self.begun(track, piece.rows.start, std::mem::take(&mut state));
@@ -418,6 +438,35 @@ impl LawProblem<'_> {
                 &mut show,
             );
         }
+    }
+
+    /// Predicts a stretch of rows by a law whose rows do not follow from one another: what is a
+    /// mean over rows in which the effect comes or goes is of both models, each by its part.
+    fn run_apart<R: Real>(
+        &self,
+        models: &Models<'_, R>,
+        track: &Track<'_>,
+        rows: Range<usize>,
+        sink: &mut impl FnMut(usize, &[R], &[R]),
+    ) {
+        let Some(without) = &models.without else {
+            return self.law.predict(&models.with, track, rows, &[], sink);
+        };
+        let weights = self.law.weights(track);
+        let mut by_row: BTreeMap<usize, Vec<R>> = BTreeMap::new();
+        let mut keep = |row: usize, outputs: &[R], _: &[R]| {
+            by_row.insert(row, outputs.to_vec());
+        };
+        (self.law).predict(&without.values, track, rows.clone(), &[], &mut keep);
+        let mut show = |row: usize, outputs: &[R], states: &[R]| {
+            let part = part_of(&weights, row, &without.there);
+            let mut mixed = outputs.to_vec();
+            for (here, &other) in mixed.iter_mut().zip(by_row.get(&row).into_iter().flatten()) {
+                *here = mix(*here, other, part);
+            }
+            sink(row, &mixed, states);
+        };
+        (self.law).predict(&models.with, track, rows, &[], &mut show);
     }
 
     /// States in which those that the model before did not have are as a recording begins.

@@ -112,6 +112,11 @@ impl Bump {
     }
 }
 
+/// How the rows around one weigh in its balance.
+pub(super) fn weights(time_s: &[f64]) -> Vec<f64> {
+    Bump::new(super::motion::median_step_s(time_s)).weights
+}
+
 /// An output that is not predicted at a row.
 fn skipped<R: Real>() -> R {
     R::from_f64(f64::NAN)

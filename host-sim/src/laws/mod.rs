@@ -231,6 +231,14 @@ impl Law {
         !matches!(self, Self::Force | Self::Balance)
     }
 
+    /// How rows weigh, in order and in all 1, in what is predicted at the middle one of them.
+    pub fn weights(self, track: &Track<'_>) -> Vec<f64> {
+        match self {
+            Self::Balance => balance::weights(&track.recording.time_s),
+            _ => vec![1.0],
+        }
+    }
+
     /// Whether a fit of it takes seconds on long recordings.
     pub fn is_dear(self) -> bool {
         matches!(self, Self::Chambers | Self::Balance)

@@ -1,6 +1,7 @@
 //! What speaks for an effect, as a number and in words.
 
 use super::judge::MATERIAL_SHARE;
+use crate::diagnose::fold_squares::FoldSquares;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
 /// Log odds that an effect was there, over the log odds of the part of the misfit that it
@@ -170,8 +171,14 @@ pub(super) fn explained_probability(ratio: f64, share: f64) -> f64 {
 
 /// Probability that the mean gain over the folds is above nought, by Student's
 /// t; for a declined effect also scaled down by how far it is from material.
-pub(super) fn probability(with: &[f64], without: &[f64], accepted: bool, share: f64) -> f64 {
-    let gains: Vec<f64> = told(with, without)
+pub(super) fn probability(
+    with: &FoldSquares,
+    without: &FoldSquares,
+    accepted: bool,
+    share: f64,
+) -> f64 {
+    let gains: Vec<f64> = with
+        .beside(without)
         .map(|(with, without)| 0.5 * (without / with).ln())
         .collect();
     let (count, average) = (gains.len() as f64, mean(&gains));
@@ -196,8 +203,8 @@ pub(super) fn probability(with: &[f64], without: &[f64], accepted: bool, share: 
 }
 
 /// Each fold counts as one independent observation of the error's variance.
-pub(super) fn log_gain(with: &[f64], without: &[f64]) -> f64 {
-    told(with, without)
+pub(super) fn log_gain(with: &FoldSquares, without: &FoldSquares) -> f64 {
+    with.beside(without)
         .map(|(with, without)| 0.5 * (without / with).ln())
         .sum()
 }
@@ -218,16 +225,6 @@ pub(super) fn by_chance_without_one(mut events: Vec<(f64, f64)>, more: usize) ->
     events.pop();
     let (before, after): (Vec<f64>, Vec<f64>) = events.into_iter().unzip();
     by_chance(&before, &after, more)
-}
-
-/// The folds that hold something of an output: a recording without a break-away says
-/// nothing of break-aways.
-pub(super) fn told<'a>(
-    with: &'a [f64],
-    without: &'a [f64],
-) -> impl Iterator<Item = (f64, f64)> + 'a {
-    let pairs = with.iter().copied().zip(without.iter().copied());
-    pairs.filter(|(with, without)| *with > 0.0 || *without > 0.0)
 }
 
 pub(in crate::diagnose) fn mean(values: &[f64]) -> f64 {

@@ -1,9 +1,10 @@
 //! How much a set of effects explains, and whether each of its members earns its place.
 
 use super::evidence::{
-    Evidence, by_chance_without_one, explained_probability, log_gain, mean, probability, told,
+    Evidence, by_chance_without_one, explained_probability, log_gain, probability,
 };
 use crate::diagnose::fitted::{Bench, Fitted, Set};
+use crate::diagnose::fold_squares::FoldSquares;
 use crate::diagnose::materiality::Mark;
 use crate::fit::Presence;
 use crate::laws::{Law, balance, median_step_s};
@@ -53,8 +54,8 @@ const ERROR_OF_FORM: f64 = 8.0;
 /// hundredth that is asked of one alone, tenfold.
 pub(super) const CHANCE: f64 = 1e-3;
 
-/// Cross-validated squares per output and fold.
-type Judged = Vec<Vec<f64>>;
+/// Cross-validated squares per output.
+type Judged = Vec<FoldSquares>;
 
 /// Fits sets and judges them by cross-validation, each once.
 pub(super) struct Judge<'a> {
@@ -190,9 +191,9 @@ impl<'a> Judge<'a> {
     }
 
     /// Energy of the misfit above the noise, per output.
-    fn misfit(&self, squares: &[f64], output: usize) -> f64 {
+    fn misfit(&self, squares: &FoldSquares, output: usize) -> f64 {
         let noise = self.bench.noise[output].powi(2);
-        (mean(squares) - noise).max(self.told_from_noise * noise)
+        (squares.mean() - noise).max(self.told_from_noise * noise)
     }
 
     /// Best over the outputs of the RMS error of one model over another's.
@@ -206,7 +207,7 @@ impl<'a> Judge<'a> {
                 outputs
                     .map(|(output, squares)| {
                         let left = if to_noise {
-                            mean(squares)
+                            squares.mean()
                         } else {
                             self.misfit(squares, output)
                         };
@@ -247,10 +248,11 @@ impl<'a> Judge<'a> {
         let share = improvement(helped);
         let ratio =
             (self.misfit(&mine[helped], helped) / self.misfit(&theirs[helped], helped)).sqrt();
-        let better = told(&mine[helped], &theirs[helped])
+        let better = mine[helped]
+            .beside(&theirs[helped])
             .filter(|(mine, theirs)| mine < theirs)
             .count();
-        let folds = told(&mine[helped], &theirs[helped]).count();
+        let folds = mine[helped].beside(&theirs[helped]).count();
         let at_bound = self.stands_on_bound(with, candidate);
         let is_sampling = self.is_sampling(with, candidate);
         let is_negligible = self.is_negligible(with, candidate);
