@@ -1,6 +1,6 @@
 //! From the diagnosis of each law to one verdict and one improved rig.
 
-use super::candidates::Candidate;
+use super::candidates::{Candidate, TIMES_OF_SENSORS};
 use super::fitted::Fitted;
 use super::proof::{Run, pooled};
 use super::search::Evidence;
@@ -43,6 +43,10 @@ pub fn improved_rig(rig: &Rig, laws: &[LawDiagnosis]) -> Rig {
             }
         }
         let mut fitted = law.improved.shared_values();
+        // A time between signals is there where the law that showed it has not taken it back.
+        fitted.retain(|key, _| {
+            !TIMES_OF_SENSORS.contains(&key.as_str()) || improved.value(key).is_some()
+        });
         fitted
             .values_mut()
             .for_each(|value| *value = rounded(*value));
@@ -128,9 +132,15 @@ fn short_name(name: &str) -> &str {
     key.rsplit_once('.').map_or(key, |(_, short)| short)
 }
 
-/// Fitted sizes of a candidate's parameters.
-fn sizes(law: &LawDiagnosis, candidate: &Candidate) -> Vec<Size> {
-    let fitted = &law.improved;
+/// Fitted sizes of a candidate's parameters, by the last law that they were free in: what the
+/// chambers have shown of sensors the forces may know better.
+fn sizes(laws: &[LawDiagnosis], law: &LawDiagnosis, candidate: &Candidate) -> Vec<Size> {
+    let has_it = |model: &&Fitted| {
+        let mut free = candidate.free.iter();
+        free.any(|free| model.place(&free.key).is_some())
+    };
+    let models = laws.iter().rev().map(|law| &law.improved);
+    let fitted = models.into_iter().find(has_it).unwrap_or(&law.improved);
     fitted
         .names
         .iter()
@@ -156,7 +166,7 @@ fn effects(laws: &[LawDiagnosis]) -> Vec<Effect> {
     for law in laws {
         for evidence in law.evidence.iter().filter(|evidence| evidence.accepted) {
             let candidate = &law.candidates[evidence.candidate];
-            let parameters = sizes(law, candidate)
+            let parameters = sizes(laws, law, candidate)
                 .into_iter()
                 .map(|size| {
                     let estimate = Estimate {
@@ -763,14 +773,14 @@ pub fn what_was_put_in(law: &LawDiagnosis) -> String {
     if let Some(term) = &law.term {
         return format!("{}, as tabled", term.shape.phrase());
     }
-    let named = named(law);
+    let named = named(std::slice::from_ref(law), law);
     if named.is_empty() {
         return "effects too small to name".into();
     }
     words::list(&named)
 }
 
-fn named(law: &LawDiagnosis) -> Vec<String> {
+fn named(laws: &[LawDiagnosis], law: &LawDiagnosis) -> Vec<String> {
     let accepted = law.evidence.iter().filter(|evidence| evidence.accepted);
     let name = |evidence: &Evidence| {
         let candidate = &law.candidates[evidence.candidate];
@@ -779,14 +789,14 @@ fn named(law: &LawDiagnosis) -> Vec<String> {
         } else {
             ""
         };
-        let name = words::named(candidate, &sizes(law, candidate));
+        let name = words::named(candidate, &sizes(laws, law, candidate));
         format!("{name}{now_and_then}")
     };
     accepted.map(name).collect()
 }
 
 fn named_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String {
-    let named: Vec<String> = laws.iter().flat_map(named).collect();
+    let named: Vec<String> = laws.iter().flat_map(|law| named(laws, law)).collect();
     let rivals: Vec<String> = alternatives
         .iter()
         .map(|pair| pair.join(" from "))

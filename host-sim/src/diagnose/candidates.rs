@@ -202,6 +202,12 @@ pub(super) fn twins(candidates: &[Candidate]) -> Vec<[usize; 2]> {
     pairs.filter(are_twins).collect()
 }
 
+/// Times by which signals are apart. Where the chambers have shown one, the forces know it better.
+pub(super) const TIMES_OF_SENSORS: [&str; 2] = [
+    "effects.position-time-skew.delay_s",
+    "effects.pressure-sensor-lag.time_constant_s",
+];
+
 /// The parameters that an engineer typed with an uncertainty and that act on
 /// this law: they are refitted before anything is said to be missing.
 pub fn ordinary(law: Law, rig: &Rig) -> Vec<FreeParameter> {
@@ -235,6 +241,7 @@ fn ordinary_bounds(key: &str, mean: f64, standard_deviation: f64) -> (f64, f64) 
     let reach = 10.0 * standard_deviation;
     let signed = key.ends_with("_V") && !key.ends_with("opening_V")
         || key.ends_with("external_force_N")
+        || key.ends_with("position-time-skew.delay_s")
         || key.starts_with("actuator.stem_");
     if key.ends_with("critical_pressure_ratio") {
         // ISO 6358 knows 0.05 to 0.5; a fit that lacks something else runs to nought.
@@ -258,7 +265,9 @@ fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
             _ => false,
         },
         Law::Force | Law::Carriage | Law::Balance => {
-            matches!(section, "carriage" | "friction") || key.starts_with("cylinder.area")
+            matches!(section, "carriage" | "friction")
+                || key.starts_with("cylinder.area")
+                || TIMES_OF_SENSORS.contains(&key)
         }
         Law::Actuator => section == "actuator",
     }

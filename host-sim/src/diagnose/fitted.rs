@@ -870,6 +870,25 @@ mod tests {
         }));
     }
 
+    /// 2.9 ms that the chambers had 0.2 ms off were a load on a spring to the balance of forces, which
+    /// knows such a time to 10 us.
+    #[test]
+    fn regress_the_balance_mends_a_time_that_the_chambers_have_shown() {
+        let request = Request::new(5, Kind::Single).with_noise(1.0);
+        let request = request.with_effect("position-time-skew").unwrap();
+        let request = request.with_strength(Strength::Medium);
+        let truth_s = request.draw().truth.effects[0].parameters["delay_s"];
+        let (rig, recordings) = drawn::read(&request);
+        let (key, shown_s) = ("effects.position-time-skew.delay_s", truth_s + 2e-4);
+        let mut rig = rig.with_values(&[(key.to_owned(), shown_s)].into());
+        rig.uncertainty.insert(key.to_owned(), 2.5e-4 / shown_s);
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let bench = Bench::new(Law::Balance, &rig, &tracks);
+        let baseline = search::baseline(&bench).expect("it is fitted");
+        let found_s = baseline.value(key).expect("it is free");
+        assert!((found_s - truth_s).abs() < 2e-5, "{found_s} of {truth_s}");
+    }
+
     /// Behind a noisy position a load with a strong damper is a noisy force. Read off
     /// that, none of the 23 break-aways of this case told anything: nothing was missed.
     #[test]

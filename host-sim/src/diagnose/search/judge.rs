@@ -44,11 +44,6 @@ const TOLD_FROM_NOUGHT: f64 = 3.0;
 /// or less does not matter.
 const LEAST_LOAD: f64 = 0.02;
 
-/// Energy above the noise's, in units of it, that an effect whose form is not quite the
-/// right one leaves of an output: three times the noise's amplitude. On practice axes and
-/// in trials none of the effects that are fitted well left more; a tube did.
-const ERROR_OF_FORM: f64 = 8.0;
-
 /// Break-aways are few, and any candidate has as many numbers to fit them by: what chance
 /// does as well in one of so many trials is none. A dozen candidates are tried, hence the
 /// hundredth that is asked of one alone, tenfold.
@@ -120,10 +115,9 @@ impl<'a> Judge<'a> {
     /// so much that another effect may well be in it.
     pub(super) fn is_explained(&self, fitted: &Fitted) -> bool {
         let above = |fitted: &Fitted| fitted.energy_above(&self.bench.noise);
-        let left = above(fitted);
-        let of_form = ERROR_OF_FORM * self.bench.noise.len() as f64;
-        let is_small = left < MATERIAL_SHARE * above(self.baseline);
-        self.is_noise(fitted) || is_small && left < of_form && self.explains_events(fitted)
+        let is_small = above(fitted) < MATERIAL_SHARE * above(self.baseline);
+        let is_of_form = self.bench.leaves_no_more_than_a_form(fitted);
+        self.is_noise(fitted) || is_small && is_of_form && self.explains_events(fitted)
     }
 
     /// Whether single events are explained as well: the rows of what an effect explains are many,
@@ -147,12 +141,6 @@ impl<'a> Judge<'a> {
         outputs
             .into_iter()
             .all(|(square, noise)| square / noise.powi(2) - 1.0 < self.told_from_noise)
-    }
-
-    /// Whether the refit alone leaves no more than an effect of not quite the right form does.
-    pub(super) fn is_nearly_explained(&self) -> bool {
-        let noise = &self.bench.noise;
-        self.baseline.energy_above(noise) < ERROR_OF_FORM * noise.len() as f64
     }
 
     /// Whether one of two models with as many effects leaves less, be it little.

@@ -23,7 +23,8 @@ pub(super) use sets::{with, without};
 
 /// Largest set tried.
 const LARGEST_SET: usize = 4;
-/// What comes and goes is named from this probability on.
+/// What comes and goes is named from this probability on; what stands against a rig file that may
+/// be as wrong has no more.
 const LIKELIER_THAN_NOT: f64 = 0.5;
 
 /// The outcome of the search on one law.
@@ -76,6 +77,13 @@ impl Outcome {
             if one.candidate == candidate || is_its_rival && !is_in_doubt(one.candidate) {
                 *one = Evidence::needless(one.candidate, one.gain);
             }
+        }
+    }
+
+    /// The rig file may be as wrong as what was accepted.
+    pub(super) fn doubt(&mut self) {
+        for one in self.evidence.iter_mut().filter(|one| one.accepted) {
+            one.probability = one.probability.min(LIKELIER_THAN_NOT);
         }
     }
 

@@ -46,7 +46,8 @@ impl Judge<'_> {
             self.baseline.clone()
         };
         let mut singles = self.fit_children(&[parent]);
-        if self.bench.is_long() && self.bench.law != Law::Balance && self.is_nearly_explained() {
+        let is_nearly_explained = self.bench.leaves_no_more_than_a_form(self.baseline);
+        if self.bench.is_long() && self.bench.law != Law::Balance && is_nearly_explained {
             singles.extend(self.promised_beside_refit());
         }
         singles
