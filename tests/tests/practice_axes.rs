@@ -14,11 +14,6 @@ use xtask::practice::{self, Truth};
 
 /// Verdict, effects, places and sizes are the true ones.
 fn is_understood(axis: &str) {
-    is_understood_but_for(axis, "");
-}
-
-/// The same but for one size, which is known to come out wrong.
-fn is_understood_but_for(axis: &str, known_to_be_off: &str) {
     let Some(folder) = tests::recordings(&format!("practice/{axis}")) else {
         return;
     };
@@ -32,8 +27,7 @@ fn is_understood_but_for(axis: &str, known_to_be_off: &str) {
     let Ok(diagnosis) = diagnose(&rig, read("train"), held_out, &|_| ());
     let verdict = serde_json::to_value(&diagnosis.verdict).unwrap();
     println!("{axis}: {}", diagnosis.verdict.sentence);
-    let mut truth = Truth::read(&folder).unwrap();
-    truth.sizes.remove(known_to_be_off);
+    let truth = Truth::read(&folder).unwrap();
     let objections = truth.objections(&verdict);
     assert!(objections.is_empty(), "{axis}: {}", objections.join("; "));
 }
@@ -85,10 +79,7 @@ fn val_p09_lacks_a_load_in_its_play() {
 
 #[test]
 fn val_p10_lacks_tubes_and_friction_by_pressure() {
-    // 4.1 ± 0.3 N/bar of 5: while the carriage only drives this is a scale of mass, dry and viscous
-    // friction together, which the mass, stated within 2 %, alone tells.
-    let friction = "pressure-dependent-friction";
-    is_understood_but_for("p10", &format!("{friction}.per_pressure_difference_N_Pa"));
+    is_understood("p10");
 }
 
 #[test]
