@@ -329,7 +329,7 @@ pub fn diagnose<E>(
     notes.extend(inspect::noise_doubts(&inspections));
     notes.extend(remarks::unrefitted(rig));
     notes.extend(remarks::stood_in(rig, &laws));
-    notes.extend(remarks::strayed(rig, &verdict.parameters));
+    notes.extend(remarks::strayed(rig, &laws, &verdict.parameters));
     notes.extend(remarks::unjudged(rig, &laws));
     verdict.notes.extend(notes);
     Ok(Diagnosis {

@@ -7,8 +7,20 @@ use crate::laws::Law;
 use crate::rig::Rig;
 use std::collections::BTreeMap;
 
-/// Numbers that explain the recordings and are far from what the rig states.
-pub(super) fn strayed(rig: &Rig, parameters: &BTreeMap<String, Parameter>) -> Vec<String> {
+/// Numbers that explain the recordings and are far from what the rig states. Beside a friction that
+/// grows with the pressure, dry friction is another number than the one stated.
+pub(super) fn strayed(
+    rig: &Rig,
+    laws: &[LawDiagnosis],
+    parameters: &BTreeMap<String, Parameter>,
+) -> Vec<String> {
+    let of_law = |law: &LawDiagnosis| {
+        let set = law.improved.set.iter();
+        let voids = set.flat_map(|&index| law.candidates[index].voids.clone());
+        voids.collect::<Vec<String>>()
+    };
+    let void: Vec<String> = laws.iter().flat_map(of_law).collect();
+    let bound = parameters.iter().filter(|(key, _)| !void.contains(key));
     let note = |(key, parameter): (&String, &Parameter)| {
         let found = parameter.improved?;
         let is_strayed = deviations(rig, key, found, parameter.std)? > STRAYED;
@@ -19,7 +31,7 @@ pub(super) fn strayed(rig: &Rig, parameters: &BTreeMap<String, Parameter>) -> Ve
             )
         })
     };
-    parameters.iter().filter_map(note).collect()
+    bound.filter_map(note).collect()
 }
 
 /// Numbers that stood in for an effect that was named.
