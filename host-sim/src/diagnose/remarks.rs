@@ -117,7 +117,7 @@ mod tests {
                 improved: Some(found),
                 std: Some(0.1),
             };
-            strayed(&rig, &BTreeMap::from([(key.to_owned(), parameter)]))
+            strayed(&rig, &[], &BTreeMap::from([(key.to_owned(), parameter)]))
         };
         assert!(told("friction.viscous_Ns_m", 12.1).is_empty());
         assert!(told("friction.viscous_Ns_m", 200.0).is_empty());
