@@ -146,11 +146,13 @@ pub fn refined_each(
     best
 }
 
+/// Steps by which the ends of a span are moved, s: smaller and smaller.
+const STEPS_S: [f64; 5] = [0.2, 0.05, 0.02, 0.005, 0.002];
+
 /// A span moved, end by end, to where a cost is least: a chamber remembers for
 /// seconds what came in while the model was the wrong one, so that hundredths of
 /// a second show. Steps get smaller; each is taken as long as it helps.
 fn refined(span_s: (f64, f64), cost: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
-    const STEPS_S: [f64; 5] = [0.2, 0.05, 0.02, 0.005, 0.002];
     const MOST_MOVES: usize = 4;
     let (mut best, mut least) = (span_s, cost(span_s));
     for step_s in STEPS_S {
@@ -165,6 +167,24 @@ fn refined(span_s: (f64, f64), cost: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
                     break;
                 }
                 (best, least) = (moved, here);
+            }
+        }
+    }
+    tightened(best, |moved| cost(moved) <= least)
+}
+
+/// A span as short as it may be without a loss: while a carriage rests nothing tells whether an
+/// effect is there, and it begins where it shows.
+fn tightened(span_s: (f64, f64), is_as_good: impl Fn((f64, f64)) -> bool) -> (f64, f64) {
+    let mut best = span_s;
+    for step_s in STEPS_S {
+        for (begin_s, end_s) in [(step_s, 0.0), (0.0, -step_s)] {
+            loop {
+                let moved = (best.0 + begin_s, best.1 + end_s);
+                if moved == best || moved.1 <= moved.0 || !is_as_good(moved) {
+                    break;
+                }
+                best = moved;
             }
         }
     }
@@ -234,6 +254,12 @@ mod tests {
             (from - 1.234).abs() < 3e-3 && (to - 5.5).abs() < 3e-3,
             "{from} {to}"
         );
+        // Nothing tells from 2.1 to 3.0 whether it is there.
+        let flat = |(from, to): (f64, f64)| {
+            (from - 2.1).min(0.0).abs() + (from - 3.0).max(0.0) + (to - 5.5_f64).abs().min(9.0)
+        };
+        let (from, _) = refined((2.5, 5.0), flat);
+        assert!((from - 3.0).abs() < 3e-3, "{from}");
         let (_, to) = refined((1.0, f64::INFINITY), |(from, _)| (from - 1.1).abs());
         assert!(to.is_infinite(), "an effect that stays");
     }
