@@ -174,9 +174,13 @@ fn refined(span_s: (f64, f64), cost: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
 }
 
 /// A span as short as it may be without a loss: while a carriage rests nothing tells whether an
-/// effect is there, and it begins where it shows.
+/// effect is there, and it begins where it shows. One that shows nowhere stays: it may have no
+/// end, and would be drawn in for ever.
 fn tightened(span_s: (f64, f64), is_as_good: impl Fn((f64, f64)) -> bool) -> (f64, f64) {
     let mut best = span_s;
+    if is_as_good((span_s.1, span_s.1)) {
+        return best;
+    }
     for step_s in STEPS_S {
         for (begin_s, end_s) in [(step_s, 0.0), (0.0, -step_s)] {
             loop {
@@ -260,6 +264,8 @@ mod tests {
         };
         let (from, _) = refined((2.5, 5.0), flat);
         assert!((from - 3.0).abs() < 3e-3, "{from}");
+        let nowhere = (1.0, f64::INFINITY);
+        assert_eq!(refined(nowhere, |_| 1.0), nowhere, "it shows nowhere");
         let (_, to) = refined((1.0, f64::INFINITY), |(from, _)| (from - 1.1).abs());
         assert!(to.is_infinite(), "an effect that stays");
     }
