@@ -139,8 +139,8 @@ fn sizes(laws: &[LawDiagnosis], law: &LawDiagnosis, candidate: &Candidate) -> Ve
         let mut free = candidate.free.iter();
         free.any(|free| model.place(&free.key).is_some())
     };
-    let models = laws.iter().rev().map(|law| &law.improved);
-    let fitted = models.into_iter().find(has_it).unwrap_or(&law.improved);
+    let mut models = laws.iter().rev().map(|law| &law.improved);
+    let fitted = models.find(has_it).unwrap_or(&law.improved);
     fitted
         .names
         .iter()

@@ -202,6 +202,14 @@ pub(super) fn twins(candidates: &[Candidate]) -> Vec<[usize; 2]> {
     pairs.filter(are_twins).collect()
 }
 
+/// The numbers that beside a set of effects are others than the ones the rig states.
+pub(super) fn voids<'c>(
+    candidates: &'c [Candidate],
+    set: &[usize],
+) -> impl Iterator<Item = &'c String> {
+    set.iter().flat_map(|&index| &candidates[index].voids)
+}
+
 /// Times by which signals are apart. Where the chambers have shown one, the forces know it better.
 pub(super) const TIMES_OF_SENSORS: [&str; 2] = [
     "effects.position-time-skew.delay_s",

@@ -1,7 +1,7 @@
 //! A model fitted: the law with a set of effects, its parameters and what it
 //! leaves unexplained.
 
-use super::candidates::Candidate;
+use super::candidates::{Candidate, voids};
 use super::fold_squares::FoldSquares;
 use super::proof;
 use super::search::without;
@@ -185,8 +185,7 @@ impl<'a> Bench<'a> {
 
     /// Whether what the rig states of a number does not bind a model with these effects.
     pub(super) fn is_void(&self, set: &[usize], key: &str) -> bool {
-        let mut voids = set.iter().flat_map(|&index| &self.candidates[index].voids);
-        voids.any(|void| void == key)
+        voids(&self.candidates, set).any(|void| void == key)
     }
 
     /// The model fitted without one of its effects.

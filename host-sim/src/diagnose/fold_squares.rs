@@ -1,31 +1,27 @@
 //! What a model misses of one output, by fold.
 
-/// Mean squares of an output by fold, and the rows that each is of.
+/// Squares of an output summed by fold, and the rows that each is of.
 #[derive(Clone, Debug)]
 pub struct FoldSquares {
-    mean_squares: Vec<f64>,
+    sums: Vec<f64>,
     rows: Vec<usize>,
 }
 
 impl FoldSquares {
     /// Of the residuals of every fold; what is no number was not predicted.
     pub fn of(residuals: impl Iterator<Item = (usize, f64)>, folds: usize) -> Self {
-        let (mut sums, mut rows) = (vec![0.0; folds], vec![0_usize; folds]);
+        let (mut sums, mut rows) = (vec![0.0; folds], vec![0; folds]);
         for (fold, residual) in residuals.filter(|(_, residual)| residual.is_finite()) {
             sums[fold] += residual * residual;
             rows[fold] += 1;
         }
-        let means = sums.iter().zip(&rows);
-        Self {
-            mean_squares: means.map(|(sum, &n)| sum / n.max(1) as f64).collect(),
-            rows,
-        }
+        Self { sums, rows }
     }
 
     /// Of a model that could not be fitted: as bad as can be.
     pub fn failed(folds: usize) -> Self {
         Self {
-            mean_squares: vec![f64::INFINITY; folds],
+            sums: vec![f64::INFINITY; folds],
             rows: vec![1; folds],
         }
     }
@@ -33,21 +29,22 @@ impl FoldSquares {
     /// Mean square over all rows. A fold counts as often as it has rows: of the break-aways a
     /// recording may hold two where another holds forty.
     pub fn mean(&self) -> f64 {
-        let held = self.mean_squares.iter().zip(&self.rows);
-        let held = held.filter(|(_, rows)| **rows > 0);
-        let (sum, rows) = held.fold((0.0, 0), |(sum, all), (square, &rows)| {
-            (sum + square * rows as f64, all + rows)
-        });
-        sum / rows.max(1) as f64
+        let rows: usize = self.rows.iter().sum();
+        self.sums.iter().sum::<f64>() / rows.max(1) as f64
     }
 
     /// Mean squares of the folds with those of another model beside them. A recording without a
     /// break-away says nothing of break-aways.
     pub fn beside<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (f64, f64)> + 'a {
-        let mine = self.mean_squares.iter().copied();
-        let pairs = mine.zip(other.mean_squares.iter().copied());
-        let held = pairs.zip(&self.rows).filter(|(_, rows)| **rows > 0);
-        held.map(|(pair, _)| pair)
+        self.means()
+            .zip(other.means())
+            .filter_map(|(mine, theirs)| mine.zip(theirs))
+    }
+
+    /// By fold; none of one without rows.
+    fn means(&self) -> impl Iterator<Item = Option<f64>> {
+        let folds = self.sums.iter().zip(&self.rows);
+        folds.map(|(sum, &rows)| (rows > 0).then(|| sum / rows as f64))
     }
 }
 

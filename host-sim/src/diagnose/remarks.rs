@@ -1,5 +1,6 @@
 //! What is to be said of the rig file beside the verdict.
 
+use super::candidates::voids;
 use super::strayed::{STRAYED, deviations};
 use super::verdict::Parameter;
 use super::{LawDiagnosis, words};
@@ -14,13 +15,12 @@ pub(super) fn strayed(
     laws: &[LawDiagnosis],
     parameters: &BTreeMap<String, Parameter>,
 ) -> Vec<String> {
-    let of_law = |law: &LawDiagnosis| {
-        let set = law.improved.set.iter();
-        let voids = set.flat_map(|&index| law.candidates[index].voids.clone());
-        voids.collect::<Vec<String>>()
+    let is_void = |key: &String| {
+        let of_law =
+            |law: &LawDiagnosis| voids(&law.candidates, &law.improved.set).any(|void| void == key);
+        laws.iter().any(of_law)
     };
-    let void: Vec<String> = laws.iter().flat_map(of_law).collect();
-    let bound = parameters.iter().filter(|(key, _)| !void.contains(key));
+    let bound = parameters.iter().filter(|(key, _)| !is_void(key));
     let note = |(key, parameter): (&String, &Parameter)| {
         let found = parameter.improved?;
         let is_strayed = deviations(rig, key, found, parameter.std)? > STRAYED;

@@ -205,11 +205,10 @@ fn part_of(weights: &[f64], row: usize, stretches: &[Range<usize>]) -> f64 {
         let row = usize::try_from(first + place as isize);
         row.is_ok_and(|row| stretches.iter().any(|rows| rows.contains(&row)))
     };
-    let inside = weights
-        .iter()
-        .enumerate()
-        .filter(|(place, _)| is_in(*place));
-    inside.map(|(_, weight)| weight).sum()
+    let all = weights.iter().enumerate();
+    let inside = all.filter(|(place, _)| is_in(*place));
+    // Of all of them it is 1 to the last bit.
+    inside.map(|(_, weight)| weight).sum::<f64>() / weights.iter().sum::<f64>()
 }
 
 /// So much of one number, and of another what is missing of a whole.

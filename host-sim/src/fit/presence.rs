@@ -158,10 +158,9 @@ fn refined(span_s: (f64, f64), cost: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
     for step_s in STEPS_S {
         for (begin_s, end_s) in [(step_s, 0.0), (-step_s, 0.0), (0.0, step_s), (0.0, -step_s)] {
             for _ in 0..MOST_MOVES {
-                let moved = (best.0 + begin_s, best.1 + end_s);
-                if moved == best || moved.1 <= moved.0 {
+                let Some(moved) = moved(best, begin_s, end_s) else {
                     break;
-                }
+                };
                 let here = cost(moved);
                 if here >= least {
                     break;
@@ -183,16 +182,19 @@ fn tightened(span_s: (f64, f64), is_as_good: impl Fn((f64, f64)) -> bool) -> (f6
     }
     for step_s in STEPS_S {
         for (begin_s, end_s) in [(step_s, 0.0), (0.0, -step_s)] {
-            loop {
-                let moved = (best.0 + begin_s, best.1 + end_s);
-                if moved == best || moved.1 <= moved.0 || !is_as_good(moved) {
-                    break;
-                }
-                best = moved;
+            let drawn_in = |best| moved(best, begin_s, end_s).filter(|&moved| is_as_good(moved));
+            while let Some(shorter) = drawn_in(best) {
+                best = shorter;
             }
         }
     }
     best
+}
+
+/// A span with its ends elsewhere; none where nothing is left of it, or it stays as it is.
+fn moved(span_s: (f64, f64), begin_s: f64, end_s: f64) -> Option<(f64, f64)> {
+    let moved = (span_s.0 + begin_s, span_s.1 + end_s);
+    (moved != span_s && moved.0 < moved.1).then_some(moved)
 }
 
 /// The range whose sum is the largest, and that (Kadane's algorithm); empty if no sum is
