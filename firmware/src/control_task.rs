@@ -187,7 +187,8 @@ impl ControlTask {
         if !is_tracking {
             self.shaper.forget();
         }
-        self.supervisor.remember_command(command_v);
+        let axis = self.controller.axis();
+        self.supervisor.remember_command(axis, command_v);
         Command {
             tick: sample.tick,
             valve: self.shaper.code(command_v, null_v),

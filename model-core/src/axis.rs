@@ -45,6 +45,11 @@ impl<R: Real> CommandState<R> {
             spool: SpoolState::at_rest(command_v),
         }
     }
+
+    /// The command as far as the slew limit has let it come, V.
+    pub fn slewed_v(&self) -> R {
+        self.slewed
+    }
 }
 
 impl<R: Real> CommandPath<R> {
@@ -69,6 +74,11 @@ impl<R: Real> CommandPath<R> {
     /// How far the spool is behind a command that goes in steps of this size, s.
     pub fn lag_s(&self, step_v: R) -> R {
         self.delay.delay_s + self.slew.lag_s(step_v) + self.spool_lag_s
+    }
+
+    /// How long the slew limit makes a way of the spool take, s.
+    pub fn slew_time_s(&self, way_v: R) -> R {
+        self.slew.time_s(way_v)
     }
 
     /// The same path, with this spool where it has none.

@@ -88,12 +88,33 @@ impl<R: Real> ForceRates<R> {
         }
     }
 
+    /// Rate with the spool at this command, with the valve's edges where the rig has them.
+    pub fn at_n_per_s(&self, axis: &Axis<R>, command_v: R) -> R {
+        let areas = axis.valve.areas(command_v);
+        self.closed_n_per_s + self.supply_a * areas.supply_a_m2
+            - self.exhaust_a * areas.exhaust_a_m2
+            - self.supply_b * areas.supply_b_m2
+            + self.exhaust_b * areas.exhaust_b_m2
+    }
+
     /// Rate with the valve at its null: only the leakage flows.
     pub fn null_n_per_s(&self, axis: &Axis<R>) -> R {
-        let supply = axis.valve.supply.area_m2(R::ZERO);
-        let exhaust = axis.valve.exhaust.area_m2(R::ZERO);
-        self.closed_n_per_s + (self.supply_a - self.supply_b) * supply
-            - (self.exhaust_a - self.exhaust_b) * exhaust
+        self.at_n_per_s(axis, axis.valve.null_v)
+    }
+
+    /// What the force gains over what a wanted rate brings while the spool goes from one command
+    /// to the one of that rate, as fast as its slew limit lets it, N (Simpson's rule).
+    pub fn on_the_way_n(&self, axis: &Axis<R>, from_v: R, wanted_n_per_s: R) -> R {
+        let to_v = self.command_v(axis, wanted_n_per_s);
+        let time_s = axis.command_path.slew_time_s(to_v - from_v);
+        if time_s <= R::ZERO {
+            return R::ZERO;
+        }
+        let [half, four, six] = [0.5, 4.0, 6.0].map(R::from_f64);
+        let first = self.at_n_per_s(axis, from_v);
+        let middle = self.at_n_per_s(axis, half * (from_v + to_v));
+        let last = self.at_n_per_s(axis, to_v);
+        time_s * ((first + four * middle + last) / six - last)
     }
 
     /// The command, with the valve's edges where the rig has them, that gives a
@@ -136,7 +157,8 @@ impl<R: Real> ForceRates<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::axis::ValveDrive;
+    use crate::axis::{CommandPath, ValveDrive};
+    use crate::left_out::{SlewLimit, SpoolDynamics, ValveDelay, ValveHysteresis};
     use crate::paper;
 
     fn gas(pressure_pa: f64) -> GasState<f64> {
@@ -200,6 +222,40 @@ mod tests {
         axis.pneumatics.leak_b.laminar_kg_per_s_pa2 = 1e-15;
         axis.pneumatics.leak_a.orifice_area_m2 = 1e-7;
         shows_what_was_asked(&axis);
+    }
+
+    /// The spool's way in ten thousand steps, the rate summed up.
+    #[test]
+    fn val_what_comes_on_the_way_is_the_sum_of_the_rates() {
+        let mut axis = paper::axis::<f64>();
+        let v_per_s = 50.0;
+        let slew = SlewLimit {
+            rising_per_s: v_per_s,
+            falling_per_s: v_per_s,
+        };
+        let (delay, play) = (ValveDelay::NEUTRAL, ValveHysteresis::NEUTRAL);
+        let spool = SpoolDynamics::NEUTRAL;
+        axis.command_path = CommandPath::new(delay, play, slew, &spool, 1e-3);
+        let state = PneumaticState::at_rest(gas(6e5), gas(4e5));
+        let rates = ForceRates::at(&axis, &state, 7e5, 0.05, 0.1);
+        for (from_v, wanted) in [(7.5, 0.0), (6.0, 800.0), (4.6, -2000.0), (4.0, 1500.0)] {
+            let to_v = rates.command_v(&axis, wanted);
+            let steps = 10_000;
+            let on_the_way = (0..steps).map(|step| {
+                let way = (f64::from(step) + 0.5) / f64::from(steps);
+                rates.at_n_per_s(&axis, from_v + way * (to_v - from_v)) - wanted
+            });
+            let time_s = (to_v - from_v).abs() / v_per_s;
+            let sum_n = on_the_way.sum::<f64>() * time_s / f64::from(steps);
+            let found_n = rates.on_the_way_n(&axis, from_v, wanted);
+            // Simpson's three points, over a table with a dead zone.
+            assert!(
+                (found_n - sum_n).abs() < 0.15 * sum_n.abs() + 0.2,
+                "{found_n} {sum_n}"
+            );
+        }
+        let at_once = paper::axis::<f64>();
+        assert!(rates.on_the_way_n(&at_once, 7.5, 0.0).abs() < f64::EPSILON);
     }
 
     fn leaking() -> Axis<f64> {

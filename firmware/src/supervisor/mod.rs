@@ -40,7 +40,7 @@ use crate::fault::{Channel, Finding};
 use crate::status::Counters;
 use force::ForceState;
 use jump::{Jump, JumpState};
-use model_core::axis::Axis;
+use model_core::axis::{Axis, CommandState};
 use model_core::controller::Measurements;
 use model_core::real::Real;
 use pressure::{PressureState, Side};
@@ -53,8 +53,6 @@ use travel::TravelState;
 /// time constants of its slowest loop on measured states, 200 1/s, on what is
 /// left of a start at the measured values.
 const SETTLE_S: f32 = 10e-3;
-/// Time constant of the spool, s: 2 zeta / w of 100 Hz and 0.7, the data sheet's.
-const SPOOL_S: f32 = 2.2e-3;
 
 /// What the checks go by; made from the rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +61,6 @@ struct Limits {
     jump: Jump,
     stream: Stream,
     settle_ticks: u16,
-    spool_share: f32,
 }
 
 impl Limits {
@@ -74,7 +71,6 @@ impl Limits {
             range,
             jump,
             settle_ticks: settle_ticks(axis.dt_s),
-            spool_share: axis.dt_s / (axis.dt_s + SPOOL_S),
         }
     }
 }
@@ -98,11 +94,28 @@ struct Memory {
     pressures: [PressureState; 2],
 }
 
-/// The path of the command to the valve: applied a tick after its sample.
+/// The spool, as the axis knows it: a command is applied a tick after its sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct CommandPath {
+struct Spool {
     last_v: f32,
-    spool_v: f32,
+    state: CommandState<f32>,
+    now_v: f32,
+}
+
+impl Spool {
+    fn at(command_v: f32) -> Self {
+        Self {
+            last_v: command_v,
+            state: CommandState::holding(command_v),
+            now_v: command_v,
+        }
+    }
+
+    #[inline]
+    fn step(&mut self, axis: &Axis<f32>, command_v: f32) {
+        self.now_v = axis.command_path.step(&mut self.state, self.last_v);
+        self.last_v = command_v;
+    }
 }
 
 /// Checks and state.
@@ -111,7 +124,7 @@ pub struct Supervisor {
     limits: Limits,
     memory: Memory,
     stream: StreamState,
-    path: CommandPath,
+    spool: Spool,
     state: State,
     settled_ticks: u16,
     latched: Option<Finding>,
@@ -124,15 +137,11 @@ pub struct Supervisor {
 impl Supervisor {
     /// A supervisor for an axis, before its first tick.
     pub fn new(axis: &Axis<f32>) -> Self {
-        let null_v = axis.valve.null_v;
         Self {
             limits: Limits::new(axis),
             memory: Memory::default(),
             stream: StreamState::default(),
-            path: CommandPath {
-                last_v: null_v,
-                spool_v: null_v,
-            },
+            spool: Spool::at(axis.valve.null_v),
             state: State::Init,
             settled_ticks: 0,
             latched: None,
@@ -173,6 +182,7 @@ impl Supervisor {
     pub fn replace_axis(&mut self, axis: &Axis<f32>) {
         self.has_new_settings = true;
         self.limits = Limits::new(axis);
+        self.spool = Spool::at(axis.valve.null_v);
         self.begin_anew();
     }
 
@@ -251,10 +261,8 @@ impl Supervisor {
 
     /// Remembers the command of this tick, V.
     #[inline]
-    pub fn remember_command(&mut self, command_v: f32) {
-        let path = &mut self.path;
-        path.spool_v += self.limits.spool_share * (path.last_v - path.spool_v);
-        path.last_v = command_v;
+    pub fn remember_command(&mut self, axis: &Axis<f32>, command_v: f32) {
+        self.spool.step(axis, command_v);
     }
 
     #[inline]
@@ -296,7 +304,7 @@ impl Supervisor {
                     elapsed_s,
                     is_next: elapsed == 1,
                     tick: sample.tick,
-                    spool_v: self.path.spool_v,
+                    spool_v: self.spool.now_v,
                 };
                 let tracks = self.state == State::Track;
                 self.memory.check(axis, &self.limits, &step, tracks)

@@ -182,7 +182,7 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use truth_plant::{Kind, Request};
+    use truth_plant::{Kind, Request, Strength};
 
     #[test]
     fn val_the_firmware_controls_a_plant_it_was_not_written_with() {
@@ -195,6 +195,23 @@ mod tests {
             "{tracking:?}"
         );
         assert!(tracking.fault_s.abs() < 1e-9 && tracking.activity_v_per_s > 0.0);
+    }
+
+    /// To a supervisor that took the spool for as fast as that of the data sheet, a pressure that
+    /// stood while the spool came back was a frozen sensor.
+    #[test]
+    fn regress_a_valve_with_a_known_slew_limit_is_driven() {
+        let request = Request::new(2, Kind::Single).with_noise(1.0);
+        let request = request.with_effect("slew-limit").unwrap();
+        let request = request.with_strength(Strength::Medium);
+        let case = request.draw();
+        let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
+        let rates = case.truth.effects[0].parameters.iter();
+        let rates = rates.map(|(key, rate)| (format!("effects.slew-limit.{key}"), *rate));
+        let known = rig.with_values(&rates.collect());
+        let tracking = tried(request.plant(), &known).tracking().unwrap();
+        assert!(tracking.fault_s.abs() < 1e-9, "{tracking:?}");
+        assert!(tracking.rms_m < 0.5e-3, "{tracking:?}");
     }
 
     #[test]

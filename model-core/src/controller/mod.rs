@@ -9,6 +9,9 @@
 //! compared with the measured force only when it is due: both loops together
 //! would otherwise ask twice for the same force.
 //!
+//! A spool with a slew limit is under way for long: the force that it brings until it is where
+//! the feedforward wants it is counted as if it were there, or the loop would ask for it again.
+//!
 //! Friction is fed forward by a bristle of its own that the *reference* moves: the
 //! measured velocity is too coarse near rest. The position error moves it too,
 //! slowly; while the load sticks that is an integral which ends at the force of
@@ -236,6 +239,10 @@ const LEFT_BEHIND_SHARE: f64 = 1.4;
 /// How much bandwidth a late valve costs: found on plants with 2 ms more (nothing
 /// need be given up) and 10 ms more (a quarter is left).
 const SLOWING: f64 = 0.37;
+/// What the spool does at a reversal, in edges of its dead zone: over both of them, and half as
+/// far on. On 27 plants with slew limits of 50 to 400 V/s, rates known to 25 %: less runs away
+/// on the slowest, with 8 they are three to ten times as far off.
+const REVERSAL: f64 = 3.0;
 /// The valve's input, V.
 const COMMAND_RANGE_V: [f64; 2] = [0.0, 10.0];
 
@@ -257,8 +264,7 @@ impl<R: Real> Controller<R> {
             command_path: axis.command_path.or_spool(&data_sheet),
             ..axis
         };
-        // What the spool does at a reversal: over the dead zone, and thrice as far on.
-        let reversal_v = R::from_f64(8.0) * axis.valve.supply.edge_v();
+        let reversal_v = R::from_f64(REVERSAL) * axis.valve.supply.edge_v();
         let later_s = |step_v| {
             let lag_s: R = axis.command_path.lag_s(step_v);
             (lag_s - data_sheet.lag_s()).max(R::ZERO)
@@ -516,11 +522,19 @@ impl<R: Real> Controller<R> {
         let feedback = bandwidth
             * (bandwidth * errors.position_m + two * gains.damping * errors.velocity_m_per_s);
         let wanted_n = due_n + self.axis.carriage.mass_kg * feedback - state.observer.disturbance_n;
-        let velocity_m_per_s = state.observer.carriage.velocity_m_per_s;
-        self.rates(state, velocity_m_per_s).command_v(
+        let rates = self.rates(state, state.observer.carriage.velocity_m_per_s);
+        let on_the_way_n = rates.on_the_way_n(&self.axis, self.spool_v(state), feedforward_rate);
+        rates.command_v(
             &self.axis,
-            feedforward_rate + gains.force_per_s * (wanted_n - force_n),
+            feedforward_rate + gains.force_per_s * (wanted_n - force_n - on_the_way_n),
         )
+    }
+
+    /// How far the slew limit has let the spool come, with the edges where the rig has them, V.
+    fn spool_v(&self, state: &ControllerState<R>) -> R {
+        let observer = &state.observer;
+        let slewed_v = observer.command.slewed_v();
+        observer.edges.undone(slewed_v, self.null_v())
     }
 
     fn rest_command_v(&self, state: &ControllerState<R>) -> R {

@@ -33,6 +33,16 @@ impl<R: Real> SlewLimit<R> {
         R::from_f64(0.5) * size / slower
     }
 
+    /// How long a way takes, s; nought without a limit.
+    #[inline]
+    pub fn time_s(&self, way: R) -> R {
+        let limit = self.limit(way);
+        if limit <= R::ZERO {
+            return R::ZERO;
+        }
+        way.abs() / limit
+    }
+
     /// The rate that holds on a way of this sign; 0 for none.
     #[inline]
     fn limit(&self, way: R) -> R {
