@@ -85,7 +85,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let mut bench = Bench::new(Law::Chambers, rig, &tracks);
         let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
+        bench.noise = noise::floor(&bench, &baseline, &[]);
         share(&bench, &baseline).unwrap()
     }
 }

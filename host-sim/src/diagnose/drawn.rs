@@ -43,7 +43,7 @@ pub(super) fn chambers<'a>(rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>,
 pub(super) fn searched<'a>(law: Law, rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>, Fitted) {
     let mut bench = Bench::new(law, rig, tracks).for_search();
     let baseline = search::baseline(&bench).unwrap();
-    bench.noise = noise::floor(&bench, &baseline);
+    bench.noise = noise::floor(&bench, &baseline, &[]);
     bench.candidates = candidates::candidates(law, rig, tracks, 1.0);
     (bench, baseline)
 }

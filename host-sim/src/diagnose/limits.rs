@@ -187,7 +187,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let mut bench = Bench::new(Law::Balance, &rig, &tracks);
         let model = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &model);
+        bench.noise = noise::floor(&bench, &model, &[]);
         bench.candidates = candidates::candidates(Law::Balance, &rig, &tracks, 1.0);
         let limits = limits(&bench, &model);
         assert_eq!(limits.len(), bench.candidates.len());
@@ -229,7 +229,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let mut bench = Bench::new(bench.law, bench.rig, &tracks).for_search();
         let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
+        bench.noise = noise::floor(&bench, &baseline, &[]);
         bench.is_worth_a_search(&baseline)
     }
 }

@@ -22,6 +22,7 @@ mod hidden_gauge;
 mod intermittent;
 mod kinematics;
 pub mod knowability;
+mod known;
 mod leaps;
 pub mod limits;
 pub mod locate;
@@ -49,12 +50,12 @@ mod assemble;
 mod drawn;
 
 use crate::inspect::{self, Fault, Inspection};
-use crate::laws::{Law, Output, Track, balance, read_pressures_pa};
-use crate::model::Side;
+use crate::laws::{Law, Output, Track, balance};
 use crate::recording::Recording;
 use crate::rig::Rig;
-use candidates::{Candidate, TIMES_OF_SENSORS, candidates};
+use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
+use known::Known;
 use limits::Limit;
 use locate::Located;
 use loose_load::Refined;
@@ -63,14 +64,9 @@ use next_experiment::NextExperiment;
 use proof::{Frozen, Run};
 use rayon::prelude::*;
 use search::{Evidence, Outcome};
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use strayed::Doubt;
 use verdict::Verdict;
-
-/// How well the chambers tell a time between signals, s, whatever their fit says of it: beside a
-/// supply that droops 2.9 ms came out 0.23 ms off, which the balance of forces took for a load.
-const TIME_KNOWN_TO_S: f64 = 2.5e-4;
 
 /// Rows that the search works on where a law may be thinned: the effects it can
 /// have are slow against a recording of this many rows.
@@ -289,16 +285,11 @@ pub fn diagnose<E>(
     };
     let mut laws = Vec::new();
     if faults.is_empty() {
-        let (mut known, mut shown) = (rig.clone(), Cow::from(&train));
+        let mut known = Known::new(rig, &train);
         for law in Law::of(rig, &recorded) {
-            let diagnosis = diagnose_law(law, &known, &shown, progress);
-            // Where nothing explains a law, what it shows of sensors stands in for something else.
-            let explained = |law: &&LawDiagnosis| !assemble::is_unexplained(law) || is_tabled(law);
-            if let Some(law) = diagnosis.as_ref().filter(explained) {
-                known = with_sensors(known, law);
-                if let Some(mended) = with_pressures_mended(&shown, law) {
-                    shown = Cow::from(mended);
-                }
+            let diagnosis = diagnose_law(law, &known, progress);
+            if let Some(law) = &diagnosis {
+                known.learn(law);
             }
             laws.extend(diagnosis);
         }
@@ -340,67 +331,6 @@ pub fn diagnose<E>(
         train,
         held_out,
     })
-}
-
-/// Whether a table leaves little of what a law misses.
-fn is_tabled(law: &LawDiagnosis) -> bool {
-    let explained = law.term.as_ref().map(unknown_term::Term::explained);
-    explained.is_some_and(assemble::is_enough)
-}
-
-/// The rig with what a law has shown of the sensors: the laws that use them
-/// after it must not take that for physics of their own.
-fn with_sensors(rig: Rig, law: &LawDiagnosis) -> Rig {
-    if law.improved.presence.is_some() {
-        return rig;
-    }
-    let set = law.improved.set.iter().map(|&index| &law.candidates[index]);
-    let of_sensors: Vec<&Candidate> = set.filter(|one| one.is_of_sensors()).collect();
-    let is_theirs = |key: &str| {
-        let mut free = of_sensors.iter().flat_map(|one| &one.free);
-        free.any(|free| free.key == key)
-    };
-    let mut shared = law.improved.shared_values();
-    shared.retain(|key, _| is_theirs(key));
-    let switches = of_sensors
-        .iter()
-        .flat_map(|one| one.switches.iter().cloned());
-    shared.extend(switches);
-    let mut known = rig.with_values(&shared);
-    let model = &law.improved;
-    for key in TIMES_OF_SENSORS {
-        if let Some(place) = model.place(key).filter(|&place| !model.at_bound[place]) {
-            let found_to_s = model.standard_deviations[place].unwrap_or(0.0);
-            let known_to = found_to_s.hypot(TIME_KNOWN_TO_S) / model.values[place].abs();
-            known.uncertainty.insert(key.to_owned(), known_to);
-        }
-    }
-    known
-}
-
-/// The recordings with the pressures as they are once what a law has shown of their sensors for a
-/// part of the time is taken back: no number of a rig holds that. None where it has shown no
-/// such thing.
-fn with_pressures_mended(recordings: &[Recording], law: &LawDiagnosis) -> Option<Vec<Recording>> {
-    let presence = law.improved.presence.as_ref()?;
-    let mut named = law.improved.set.iter().map(|&one| &law.candidates[one]);
-    if !named.all(Candidate::is_of_sensors) {
-        return None;
-    }
-    let rig = &law.frozen[Model::Improved as usize].rig;
-    let mended = |(number, recording): (usize, &Recording)| {
-        let mut mended = recording.clone();
-        let there = presence.rows(number, &recording.time_s);
-        let read_pa = read_pressures_pa(rig, &Track::new(recording))?;
-        for (side, read_pa) in Side::BOTH.iter().zip(read_pa) {
-            let column = mended.signals.get_mut(side.pressure_signal())?;
-            for rows in &there {
-                column[rows.clone()].copy_from_slice(&read_pa[rows.clone()]);
-            }
-        }
-        Some(mended)
-    };
-    recordings.iter().enumerate().map(mended).collect()
 }
 
 /// Where the recorded velocity contradicts the recorded position, once the laws have said what
@@ -455,17 +385,12 @@ impl Settled {
     }
 }
 
-fn diagnose_law(
-    law: Law,
-    rig: &Rig,
-    train: &[Recording],
-    progress: &dyn Fn(&str),
-) -> Option<LawDiagnosis> {
+fn diagnose_law(law: Law, known: &Known<'_>, progress: &dyn Fn(&str)) -> Option<LawDiagnosis> {
     let title = law.title();
     let progress = |stage: &str| progress(&format!("{title}: {stage}"));
-    let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
-    let mut full = Bench::new(law.searched_by(), rig, &tracks);
-    let mut searched = searched(law, &mut full, train, &progress)?;
+    let tracks: Vec<Track<'_>> = known.train.iter().map(Track::new).collect();
+    let mut full = Bench::new(law.searched_by(), &known.rig, &tracks);
+    let mut searched = searched(law, &mut full, known, &progress)?;
     let settled = settled(&full, &mut searched);
     // What comes and goes at moments that suit it may be there always, over the state.
     let comes_and_goes = settled.improved.presence.is_some();
@@ -580,7 +505,7 @@ fn written(
 fn searched(
     law: Law,
     full: &mut Bench<'_>,
-    train: &[Recording],
+    known: &Known<'_>,
     progress: &dyn Fn(&str),
 ) -> Option<Searched> {
     progress("refitting the ordinary parameters");
@@ -589,14 +514,12 @@ fn searched(
     } else {
         1
     };
-    let thinned: Vec<Recording> = train
-        .iter()
-        .map(|recording| recording.thinned(stride))
-        .collect();
+    let train = known.train.iter();
+    let thinned: Vec<Recording> = train.map(|recording| recording.thinned(stride)).collect();
     let tracks: Vec<Track<'_>> = thinned.iter().map(Track::new).collect();
     let mut bench = Bench::new(full.law, full.rig, &tracks).for_search();
     let baseline = search::baseline(&bench)?;
-    bench.noise = noise::floor(&bench, &baseline);
+    bench.noise = noise::floor(&bench, &baseline, &known.doubts);
     let misfit = baseline.mean_square[0].sqrt();
     bench.candidates = candidates(bench.law, bench.rig, &tracks, misfit);
     let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
@@ -717,7 +640,7 @@ fn shown(searched: &Bench<'_>, law: Law, baseline: &Fitted) -> Shown {
     let model = bench.restricted(baseline, &[]);
     Shown {
         residuals: bench.residuals_of(&model),
-        noise: noise::floor(&bench, &model),
+        noise: noise::floor(&bench, &model, &[]),
     }
 }
 
@@ -807,7 +730,8 @@ mod tests {
         let request = request.with_effect("pressure-dependent-friction").unwrap();
         let (rig, mut recordings) = drawn::read(&request.with_strength(Strength::Strong));
         let held_out = recordings.split_off(recordings.len() - 1);
-        let found = || diagnose_law(Law::Carriage, &rig, &recordings, &|_| ()).unwrap();
+        let found =
+            || diagnose_law(Law::Carriage, &Known::new(&rig, &recordings), &|_| ()).unwrap();
         let mut law = found();
         assert!(assemble::has_named(&law));
         let mut heavy = BTreeMap::new();
@@ -836,7 +760,7 @@ mod tests {
         let (rig, whole) = drawn::of_kind(Kind::Single, 3, strong, "piston-leakage");
         let half: Vec<Recording> = whole.iter().map(|one| one.part(0..one.len() / 2)).collect();
         let work = |recordings: &[Recording]| {
-            let found = diagnose_law(Law::Chambers, &rig, recordings, &|_| ());
+            let found = diagnose_law(Law::Chambers, &Known::new(&rig, recordings), &|_| ());
             found.unwrap().seconds
         };
         let ratio = work(&whole) / work(&half);

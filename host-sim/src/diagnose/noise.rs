@@ -8,6 +8,7 @@
 //! whatever the model; its sensor alone says micrometres.
 
 use super::fitted::{Bench, Fitted};
+use super::known::Doubts;
 use crate::laws::{Law, Track, balance, white_noise};
 use crate::random::Noise;
 use crate::recording::Recording;
@@ -52,13 +53,14 @@ pub(super) fn declared(rig: &Rig, signal: &str) -> Option<f64> {
     signal.noise.map(|noise| noise.hypot(step))
 }
 
-/// The noise floor of each output, inputs included.
-pub fn floor(bench: &Bench<'_>, model: &Fitted) -> Vec<f64> {
+/// The noise floor of each output, inputs included; with what is not understood of these, by
+/// recording, where something is.
+pub(super) fn floor(bench: &Bench<'_>, model: &Fitted, doubts: &[Doubts]) -> Vec<f64> {
     let shaken: Vec<Recording> = bench
         .tracks
         .iter()
         .enumerate()
-        .map(|(stream, track)| shaken(bench.rig, track.recording, stream))
+        .map(|(number, track)| shaken(bench.rig, track.recording, number, doubts.get(number)))
         .collect();
     let tracks: Vec<Track<'_>> = shaken.iter().map(Track::new).collect();
     let still = bench.predicted_on(model, bench.tracks);
@@ -97,16 +99,20 @@ fn squared_changes(still: &[f64], moved: &[f64], reach: usize) -> impl Iterator<
     })
 }
 
-/// The recording with one more draw of every signal's declared noise.
-fn shaken(rig: &Rig, recording: &Recording, stream: usize) -> Recording {
+/// The recording with one more draw of every signal's declared noise; where a law that is
+/// understood otherwise leaves more, with that, in which the recorded draw is.
+fn shaken(rig: &Rig, recording: &Recording, stream: usize, doubts: Option<&Doubts>) -> Recording {
     let mut shaken = recording.clone();
     for (place, (name, column)) in shaken.signals.iter_mut().enumerate() {
         let Some(noise) = declared(rig, name) else {
             continue;
         };
         let mut draw = Noise::new(SEED, (place + 100 * stream) as u64);
-        for value in column {
-            *value += noise * draw.normal();
+        let left = doubts.and_then(|doubts| doubts.get(name));
+        for (row, value) in column.iter_mut().enumerate() {
+            let drawn = noise * draw.normal();
+            let left = left.map_or(f64::NAN, |left| left[row]);
+            *value += if left.is_finite() { left } else { drawn };
         }
     }
     shaken

@@ -23,6 +23,11 @@ pub(super) const STRAYED: f64 = 4.0;
 const BACK: f64 = 2.5;
 /// Of the effects so many are fitted to the end.
 const FINALISTS: usize = 4;
+/// No rig file that was fitted to the same axis beforehand is off by more than this part of a
+/// number that it states well: effects bend numbers by tenths. A cable that drags, called a friction
+/// that grows with the pressure difference, took all forces of the balance down to a third: a
+/// mass 33 deviations off.
+const BENT: f64 = 0.5;
 /// Effects whose logarithms of the posterior differ by less than this cannot be told apart:
 /// twenty to one.
 const ALIKE: f64 = 3.0;
@@ -105,7 +110,7 @@ pub(super) enum Doubt {
     /// holds what hid a silencer then, and areas came out seven deviations from that.
     RigOrEffects,
     /// They stand in the place of something else: they leave more than a form that is not quite
-    /// right does, or a number has gone as far as it can. An amplifier that compresses, called a tube,
+    /// right does, or a number has gone as far as it can or to where none is. An amplifier that compresses, called a tube,
     /// took the critical pressure ratio to its bound, fourteen deviations off.
     Disguise,
 }
@@ -117,11 +122,14 @@ impl Doubt {
         if model.set.is_empty() || !bench.misses_plainly(model) || far_off.is_empty() {
             return Self::None;
         }
-        let is_at_bound = |(_, key): &(f64, String)| {
-            let place = model.place(key);
-            place.is_some_and(|place| model.at_bound[place])
+        let is_absurd = |(_, key): &(f64, String)| {
+            let given = bench.rig.value(key);
+            model.place(key).zip(given).is_some_and(|(place, given)| {
+                let off = (model.values[place] - given).abs();
+                model.at_bound[place] || off > BENT * given.abs()
+            })
         };
-        if far_off.iter().any(is_at_bound) || !bench.leaves_no_more_than_a_form(model) {
+        if far_off.iter().any(is_absurd) || !bench.leaves_no_more_than_a_form(model) {
             Self::Disguise
         } else {
             Self::RigOrEffects

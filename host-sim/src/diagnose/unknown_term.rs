@@ -323,7 +323,7 @@ mod tests {
     fn refitted<'a>(law: Law, rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>, Fitted) {
         let mut bench = Bench::new(law, rig, tracks);
         let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline);
+        bench.noise = noise::floor(&bench, &baseline, &[]);
         (bench, baseline)
     }
 

@@ -1,0 +1,146 @@
+//! What the laws diagnosed so far have shown of the sensors: the laws after them, which use the
+//! same signals, must not take that for physics of their own.
+
+use super::candidates::{Candidate, TIMES_OF_SENSORS};
+use super::{LawDiagnosis, Model, assemble};
+use crate::laws::{Track, read_pressures_pa};
+use crate::model::Side;
+use crate::recording::Recording;
+use crate::rig::Rig;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// How well the chambers tell a time between signals, s, whatever their fit says of it: beside a
+/// supply that droops 2.9 ms came out 0.23 ms off, which the balance of forces took for a load.
+const TIME_KNOWN_TO_S: f64 = 2.5e-4;
+
+/// By signal what a law leaves of a recording: told by its model less recorded, SI; what is no
+/// number was not told.
+pub(super) type Doubts = BTreeMap<String, Vec<f64>>;
+
+/// A rig and its recordings as far as they are understood.
+pub(super) struct Known<'t> {
+    /// The rig, with what was found of its sensors.
+    pub rig: Rig,
+    /// The recordings, with what their sensors did for a part of the time taken back.
+    pub train: Cow<'t, [Recording]>,
+    /// Of each recording what is not understood of the sensors, where something is.
+    pub doubts: Vec<Doubts>,
+}
+
+impl<'t> Known<'t> {
+    /// Nothing but the rig file and the recordings.
+    pub fn new(rig: &Rig, train: &'t [Recording]) -> Self {
+        Self {
+            rig: rig.clone(),
+            train: Cow::from(train),
+            doubts: Vec::new(),
+        }
+    }
+
+    /// Takes up what a law has shown. Where nothing explains a law, what it shows of sensors
+    /// stands in for something else.
+    pub fn learn(&mut self, law: &LawDiagnosis) {
+        if assemble::is_unexplained(law) && !is_tabled(law) {
+            return;
+        }
+        self.rig = with_sensors(&self.rig, law);
+        if law.is_open && names_pressure_sensors(law) {
+            self.doubts = doubts(law, &self.train);
+        }
+        if let Some(mended) = with_pressures_mended(&self.train, law) {
+            self.train = Cow::from(mended);
+        }
+    }
+}
+
+/// Whether a table leaves little of what a law misses.
+fn is_tabled(law: &LawDiagnosis) -> bool {
+    let term = law.term.as_ref();
+    term.is_some_and(|term| assemble::is_enough(term.explained()))
+}
+
+fn named(law: &LawDiagnosis) -> impl Iterator<Item = &Candidate> {
+    let set = law.improved.set.iter();
+    set.map(|&index| &law.candidates[index])
+}
+
+fn names_pressure_sensors(law: &LawDiagnosis) -> bool {
+    let is_of_pressure = |place: &&str| place.starts_with("sensor.p");
+    named(law).any(|one| one.places.iter().any(is_of_pressure))
+}
+
+/// The rig with what a law has shown of the sensors.
+fn with_sensors(rig: &Rig, law: &LawDiagnosis) -> Rig {
+    if law.improved.presence.is_some() {
+        return rig.clone();
+    }
+    let of_sensors: Vec<&Candidate> = named(law).filter(|one| one.is_of_sensors()).collect();
+    let is_theirs = |key: &str| {
+        let mut free = of_sensors.iter().flat_map(|one| &one.free);
+        free.any(|free| free.key == key)
+    };
+    let mut shared = law.improved.shared_values();
+    shared.retain(|key, _| is_theirs(key));
+    let switches = of_sensors
+        .iter()
+        .flat_map(|one| one.switches.iter().cloned());
+    shared.extend(switches);
+    let mut known = rig.with_values(&shared);
+    let model = &law.improved;
+    for key in TIMES_OF_SENSORS {
+        if let Some(place) = model.place(key).filter(|&place| !model.at_bound[place]) {
+            let found_to_s = model.standard_deviations[place].unwrap_or(0.0);
+            let known_to = found_to_s.hypot(TIME_KNOWN_TO_S) / model.values[place].abs();
+            known.uncertainty.insert(key.to_owned(), known_to);
+        }
+    }
+    known
+}
+
+/// What a law leaves of the pressures: a lag of another form than the library's left 0.4 kPa, and
+/// the 0.3 N of that were a load on a spring to the balance of forces.
+fn doubts(law: &LawDiagnosis, recordings: &[Recording]) -> Vec<Doubts> {
+    let outputs = law.law.outputs(&law.frozen[Model::Improved as usize].rig);
+    let runs = &law.train[Model::Improved as usize];
+    let of_recording = |(run, recording): (&Option<super::Run>, &Recording)| {
+        let Some(run) = run else {
+            return Doubts::new();
+        };
+        let of_output = |(output, predicted): (&super::Output, &Vec<f64>)| {
+            let recorded = recording.signal(output.signal)?.iter();
+            let left = predicted.iter().zip(recorded).map(|(p, r)| p - r);
+            Some((output.signal.to_owned(), left.collect()))
+        };
+        outputs
+            .iter()
+            .zip(&run.predicted)
+            .filter_map(of_output)
+            .collect()
+    };
+    runs.iter().zip(recordings).map(of_recording).collect()
+}
+
+/// The recordings with the pressures as they are once what a law has shown of their sensors for a
+/// part of the time is taken back: no number of a rig holds that. None where it has shown no
+/// such thing.
+fn with_pressures_mended(recordings: &[Recording], law: &LawDiagnosis) -> Option<Vec<Recording>> {
+    let presence = law.improved.presence.as_ref()?;
+    if !named(law).all(Candidate::is_of_sensors) {
+        return None;
+    }
+    let rig = &law.frozen[Model::Improved as usize].rig;
+    let mended = |(number, recording): (usize, &Recording)| {
+        let mut mended = recording.clone();
+        let there = presence.rows(number, &recording.time_s);
+        let read_pa = read_pressures_pa(rig, &Track::new(recording))?;
+        for (side, read_pa) in Side::BOTH.iter().zip(read_pa) {
+            let column = mended.signals.get_mut(side.pressure_signal())?;
+            for rows in &there {
+                column[rows.clone()].copy_from_slice(&read_pa[rows.clone()]);
+            }
+        }
+        Some(mended)
+    };
+    recordings.iter().enumerate().map(mended).collect()
+}
