@@ -265,8 +265,8 @@ const REFUTED: f64 = 1.02;
 /// the horizon a skew of one file drowns it. Where the signal hangs on chance (a carriage
 /// that sticks, a load in its play) a few windows are most of the squares: a model that is
 /// plainly better in the typical window (or as good, where it need not be better) is not refuted
-/// by those. Where it does not, no single
-/// signal may be predicted worse either: what is missing does not make a prediction worse.
+/// by those. Where it does not, no single signal may be predicted worse either, by a table not
+/// even over the horizon alone: what is missing does not make a prediction worse.
 pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
     if law.improved.set.is_empty() {
         return false;
@@ -279,7 +279,10 @@ pub(super) fn refutes(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
     if hangs_on_chance(law) && typical_ratio(law).is_some_and(|ratio| ratio < refuting(law)) {
         return false;
     }
-    if !hangs_on_chance(law) && worsens_on_balance(law, held_out) {
+    let does_harm = || {
+        worsens_on_balance(law, held_out) || law.term.is_some() && worsens_a_signal(law, held_out)
+    };
+    if !hangs_on_chance(law) && does_harm() {
         return true;
     }
     let horizon = ratio(|run| &run.horizon);
