@@ -177,7 +177,10 @@ impl ControlTask {
         let measured = sample.codes.measurements();
         let axis = self.controller.axis();
         let asked = match self.supervisor.step(axis, sample, &measured) {
-            State::Fault => None,
+            State::Fault => {
+                self.supervisor.remember_spool(self.null_v());
+                None
+            }
             State::Init | State::Idle => self.observe(&measured, None, sample.tick),
             State::Track => self.observe(&measured, Some(&sample.reference), sample.tick),
         };
@@ -187,8 +190,6 @@ impl ControlTask {
         if !is_tracking {
             self.shaper.forget();
         }
-        let axis = self.controller.axis();
-        self.supervisor.remember_command(axis, command_v);
         Command {
             tick: sample.tick,
             valve: self.shaper.code(command_v, null_v),
@@ -217,6 +218,8 @@ impl ControlTask {
             Some(reference) => controller.track(memory, measured, reference),
             None => controller.idle(memory, measured),
         };
+        // The observer knows of delay, slew limit and spool what the rig does.
+        self.supervisor.remember_spool(controller.spool_v(memory));
         if is_finite(&action) {
             self.estimate = action.estimate;
             Some(action.command_v)

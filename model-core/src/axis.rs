@@ -46,7 +46,14 @@ impl<R: Real> CommandState<R> {
         }
     }
 
+    /// The spool's position, V.
+    #[inline]
+    pub fn spool_v(&self) -> R {
+        self.spool.position
+    }
+
     /// The command as far as the slew limit has let it come, V.
+    #[inline]
     pub fn slewed_v(&self) -> R {
         self.slewed
     }
@@ -76,9 +83,10 @@ impl<R: Real> CommandPath<R> {
         self.delay.delay_s + self.slew.lag_s(step_v) + self.spool_lag_s
     }
 
-    /// How long the slew limit makes a way of the spool take, s.
-    pub fn slew_time_s(&self, way_v: R) -> R {
-        self.slew.time_s(way_v)
+    /// How fast the spool can go at the most.
+    #[inline]
+    pub fn slew(&self) -> &SlewLimit<R> {
+        &self.slew
     }
 
     /// The same path, with this spool where it has none.
@@ -100,10 +108,9 @@ impl<R: Real> CommandPath<R> {
     pub fn step(&self, state: &mut CommandState<R>, command_v: R) -> R {
         let delayed = self.delay.step(&mut state.line, command_v, self.dt_s);
         state.played = self.hysteresis.step(state.played, delayed);
-        let before = state.slewed;
-        state.slewed = self.slew.step(before, state.played, self.dt_s);
-        let slewed = self.slew.mean(before, state.slewed, self.dt_s);
-        self.spool.step(&mut state.spool, slewed)
+        let (slewed, mean) = self.slew.step(state.slewed, state.played, self.dt_s);
+        state.slewed = slewed;
+        self.spool.step(&mut state.spool, mean)
     }
 }
 

@@ -99,17 +99,17 @@ impl<R: Real> ForceRates<R> {
 
     /// Rate with the valve at its null: only the leakage flows.
     pub fn null_n_per_s(&self, axis: &Axis<R>) -> R {
-        self.at_n_per_s(axis, axis.valve.null_v)
+        let supply = axis.valve.supply.area_m2(R::ZERO);
+        let exhaust = axis.valve.exhaust.area_m2(R::ZERO);
+        self.closed_n_per_s + (self.supply_a - self.supply_b) * supply
+            - (self.exhaust_a - self.exhaust_b) * exhaust
     }
 
     /// What the force gains over what a wanted rate brings while the spool goes from one command
     /// to the one of that rate, as fast as its slew limit lets it, N (Simpson's rule).
     pub fn on_the_way_n(&self, axis: &Axis<R>, from_v: R, wanted_n_per_s: R) -> R {
         let to_v = self.command_v(axis, wanted_n_per_s);
-        let time_s = axis.command_path.slew_time_s(to_v - from_v);
-        if time_s <= R::ZERO {
-            return R::ZERO;
-        }
+        let time_s = axis.command_path.slew().time_s(to_v - from_v);
         let [half, four, six] = [0.5, 4.0, 6.0].map(R::from_f64);
         let first = self.at_n_per_s(axis, from_v);
         let middle = self.at_n_per_s(axis, half * (from_v + to_v));

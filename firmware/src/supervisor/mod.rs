@@ -40,7 +40,7 @@ use crate::fault::{Channel, Finding};
 use crate::status::Counters;
 use force::ForceState;
 use jump::{Jump, JumpState};
-use model_core::axis::{Axis, CommandState};
+use model_core::axis::Axis;
 use model_core::controller::Measurements;
 use model_core::real::Real;
 use pressure::{PressureState, Side};
@@ -94,37 +94,14 @@ struct Memory {
     pressures: [PressureState; 2],
 }
 
-/// The spool, as the axis knows it: a command is applied a tick after its sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Spool {
-    last_v: f32,
-    state: CommandState<f32>,
-    now_v: f32,
-}
-
-impl Spool {
-    fn at(command_v: f32) -> Self {
-        Self {
-            last_v: command_v,
-            state: CommandState::holding(command_v),
-            now_v: command_v,
-        }
-    }
-
-    #[inline]
-    fn step(&mut self, axis: &Axis<f32>, command_v: f32) {
-        self.now_v = axis.command_path.step(&mut self.state, self.last_v);
-        self.last_v = command_v;
-    }
-}
-
 /// Checks and state.
 #[derive(Clone, Debug)]
 pub struct Supervisor {
     limits: Limits,
     memory: Memory,
     stream: StreamState,
-    spool: Spool,
+    /// Where the spool is since the last tick, as far as known, V.
+    spool_v: f32,
     state: State,
     settled_ticks: u16,
     latched: Option<Finding>,
@@ -141,7 +118,7 @@ impl Supervisor {
             limits: Limits::new(axis),
             memory: Memory::default(),
             stream: StreamState::default(),
-            spool: Spool::at(axis.valve.null_v),
+            spool_v: axis.valve.null_v,
             state: State::Init,
             settled_ticks: 0,
             latched: None,
@@ -182,7 +159,7 @@ impl Supervisor {
     pub fn replace_axis(&mut self, axis: &Axis<f32>) {
         self.has_new_settings = true;
         self.limits = Limits::new(axis);
-        self.spool = Spool::at(axis.valve.null_v);
+        self.spool_v = axis.valve.null_v;
         self.begin_anew();
     }
 
@@ -259,10 +236,10 @@ impl Supervisor {
         };
     }
 
-    /// Remembers the command of this tick, V.
+    /// Remembers where the spool is from this tick to the next, V.
     #[inline]
-    pub fn remember_command(&mut self, axis: &Axis<f32>, command_v: f32) {
-        self.spool.step(axis, command_v);
+    pub fn remember_spool(&mut self, spool_v: f32) {
+        self.spool_v = spool_v;
     }
 
     #[inline]
@@ -304,7 +281,7 @@ impl Supervisor {
                     elapsed_s,
                     is_next: elapsed == 1,
                     tick: sample.tick,
-                    spool_v: self.spool.now_v,
+                    spool_v: self.spool_v,
                 };
                 let tracks = self.state == State::Track;
                 self.memory.check(axis, &self.limits, &step, tracks)

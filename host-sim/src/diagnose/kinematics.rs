@@ -44,8 +44,10 @@ const ONE_NUMBER: f64 = 0.1;
 /// A periodic error of the position is material from this amplitude on, m: a third of what the
 /// axis is to hold its place to. Chosen.
 const MATERIAL_WAVE_M: f64 = 1e-5;
-/// Periods that are looked for, m.
+/// Periods that are looked for, m; of the longest ...
 const PERIODS_M: (f64, f64) = (1e-3, 0.1);
+/// ... so many lie in the way that was travelled: less than two may be a scale of another gain.
+const LEAST_CYCLES: f64 = 2.0;
 /// Steps from one wave number to the next, in cycles over the way that was travelled.
 const CYCLES: f64 = 0.25;
 /// A wave is what the sensors disagree by if it takes away this part of the energy ...
@@ -214,8 +216,12 @@ impl Wave {
 fn scale_wave(windows: &[Window]) -> Option<Wave> {
     let places = || windows.iter().map(|window| window.at_m.0);
     let (low, high) = (places().reduce(f64::min)?, places().reduce(f64::max)?);
-    let step_per_m = CYCLES / (high - low).max(PERIODS_M.0);
-    let (first, last) = (1.0 / PERIODS_M.1, 1.0 / PERIODS_M.0);
+    let way_m = (high - low).max(PERIODS_M.0);
+    let step_per_m = CYCLES / way_m;
+    let (first, last) = (
+        (1.0 / PERIODS_M.1).max(LEAST_CYCLES / way_m),
+        1.0 / PERIODS_M.0,
+    );
     let tried = ((last - first) / step_per_m).ceil();
     let waves = (0..tried as usize).into_par_iter();
     let waves = waves.filter_map(|step| Wave::of(windows, first + step as f64 * step_per_m));
@@ -346,6 +352,22 @@ mod tests {
         let located = at(&rig, &recordings, false).unwrap();
         assert_eq!(located.place, "sensor.x");
         assert!(located.when.contains("every 18."), "{}", located.when);
+    }
+
+    /// Over 20 mm a gain is as straight as a part of a long wave.
+    #[test]
+    fn prop_a_gain_over_a_short_way_is_no_wave() {
+        let (rig, mut recordings) = drawn::read(&healthy());
+        for recording in &mut recordings {
+            let x = &recording.signals["x"];
+            let first_m = x[0];
+            let end = x.iter().position(|x| (x - first_m).abs() > 0.02);
+            *recording = recording.part(0..end.unwrap_or(recording.len()));
+            let v = recording.signals.get_mut("v").unwrap();
+            v.iter_mut().for_each(|v| *v *= 0.9);
+        }
+        let located = at(&rig, &recordings, false).unwrap();
+        assert_eq!(located.place, "sensor.v", "{}", located.when);
     }
 
     #[test]

@@ -2,8 +2,9 @@
 //! same signals, must not take that for physics of their own.
 
 use super::candidates::{Candidate, TIMES_OF_SENSORS};
+use super::proof::Run;
 use super::{LawDiagnosis, Model, assemble};
-use crate::laws::{Track, read_pressures_pa};
+use crate::laws::{Output, Track, read_pressures_pa};
 use crate::model::Side;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -103,11 +104,11 @@ fn with_sensors(rig: &Rig, law: &LawDiagnosis) -> Rig {
 fn doubts(law: &LawDiagnosis, recordings: &[Recording]) -> Vec<Doubts> {
     let outputs = law.law.outputs(&law.frozen[Model::Improved as usize].rig);
     let runs = &law.train[Model::Improved as usize];
-    let of_recording = |(run, recording): (&Option<super::Run>, &Recording)| {
+    let of_recording = |(run, recording): (&Option<Run>, &Recording)| {
         let Some(run) = run else {
             return Doubts::new();
         };
-        let of_output = |(output, predicted): (&super::Output, &Vec<f64>)| {
+        let of_output = |(output, predicted): (&Output, &Vec<f64>)| {
             let recorded = recording.signal(output.signal)?.iter();
             let left = predicted.iter().zip(recorded).map(|(p, r)| p - r);
             Some((output.signal.to_owned(), left.collect()))

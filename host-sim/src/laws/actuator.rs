@@ -72,7 +72,7 @@ pub(super) fn predict<R: Real>(
             let held = held_mean(time, command, R::from_f64(from) - delay_s, step_s);
             played = play.step(played, target(held));
             let wanted = stem + follow * (played - stem);
-            stem = slew.step(stem, wanted, dt);
+            (stem, _) = slew.step(stem, wanted, dt);
         }
         sink.row(row + 1, &[stem], &[stem]);
     }

@@ -287,6 +287,12 @@ impl<R: Real> Controller<R> {
         self.axis.valve.null_v
     }
 
+    /// Where the observer believes the spool to be, V.
+    #[inline]
+    pub fn spool_v(&self, state: &ControllerState<R>) -> R {
+        state.observer.command.spool_v()
+    }
+
     /// Memory for an axis that is at rest where the sensors say.
     pub fn begin(&self, measured: &Measurements<R>) -> ControllerState<R> {
         let force_n = self
@@ -523,18 +529,25 @@ impl<R: Real> Controller<R> {
             * (bandwidth * errors.position_m + two * gains.damping * errors.velocity_m_per_s);
         let wanted_n = due_n + self.axis.carriage.mass_kg * feedback - state.observer.disturbance_n;
         let rates = self.rates(state, state.observer.carriage.velocity_m_per_s);
-        let on_the_way_n = rates.on_the_way_n(&self.axis, self.spool_v(state), feedforward_rate);
+        let on_the_way_n = self.on_the_way_n(state, &rates, feedforward_rate);
         rates.command_v(
             &self.axis,
             feedforward_rate + gains.force_per_s * (wanted_n - force_n - on_the_way_n),
         )
     }
 
-    /// How far the slew limit has let the spool come, with the edges where the rig has them, V.
-    fn spool_v(&self, state: &ControllerState<R>) -> R {
+    /// The force that is still to come while the spool goes as fast as it can to where the
+    /// feedforward wants it, N.
+    #[inline]
+    fn on_the_way_n(&self, state: &ControllerState<R>, rates: &ForceRates<R>, rate: R) -> R {
+        if self.axis.command_path.slew().is_none() {
+            return R::ZERO;
+        }
         let observer = &state.observer;
         let slewed_v = observer.command.slewed_v();
-        observer.edges.undone(slewed_v, self.null_v())
+        // With the valve's edges where the rig has them.
+        let from_v = observer.edges.undone(slewed_v, self.null_v());
+        rates.on_the_way_n(&self.axis, from_v, rate)
     }
 
     fn rest_command_v(&self, state: &ControllerState<R>) -> R {

@@ -33,6 +33,12 @@ impl<R: Real> SlewLimit<R> {
         R::from_f64(0.5) * size / slower
     }
 
+    /// Whether there is no limit either way.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.rising_per_s <= R::ZERO && self.falling_per_s <= R::ZERO
+    }
+
     /// How long a way takes, s; nought without a limit.
     #[inline]
     pub fn time_s(&self, way: R) -> R {
@@ -53,29 +59,20 @@ impl<R: Real> SlewLimit<R> {
         }
     }
 
-    /// The next position on the way from `position` to `target`.
+    /// The next position on the way from `before` to `target`, and the mean one until then: on
+    /// the way as fast as it can, and then there.
     #[inline]
-    pub fn step(&self, position: R, target: R, dt_s: R) -> R {
-        let wanted = target - position;
+    pub fn step(&self, before: R, target: R, dt_s: R) -> (R, R) {
+        let wanted = target - before;
         let limit = self.limit(wanted);
         if limit <= R::ZERO {
-            return target;
+            return (target, target);
         }
         let most = limit * dt_s;
-        position + wanted.clamp(-most, most)
-    }
-
-    /// The mean position over a step that went from `before` to `after`: on the way as
-    /// fast as it can, and then there.
-    #[inline]
-    pub fn mean(&self, before: R, after: R, dt_s: R) -> R {
-        let way = after - before;
-        let limit = self.limit(way);
-        if limit <= R::ZERO {
-            return after;
-        }
-        let share_under_way = way.abs() / (limit * dt_s);
-        after - R::from_f64(0.5) * share_under_way * way
+        let way = wanted.clamp(-most, most);
+        let after = before + way;
+        let share_under_way = way.abs() / most;
+        (after, after - R::from_f64(0.5) * share_under_way * way)
     }
 }
 
@@ -93,16 +90,16 @@ mod tests {
         for target in [5.0, 0.07, 0.0, -0.01, -3.0_f64] {
             let (mut fine, mut sum) = (0.0, 0.0);
             for _ in 0..1000 {
-                let next = slew.step(fine, target, 1e-6);
+                let (next, _) = slew.step(fine, target, 1e-6);
                 sum += 0.5 * (fine + next);
                 fine = next;
             }
-            let end = slew.step(0.0, target, 1e-3);
+            let (end, mean) = slew.step(0.0, target, 1e-3);
             assert!((end - fine).abs() < 1e-9, "{target}");
-            let mean = slew.mean(0.0, end, 1e-3);
             assert!((mean - 1e-3 * sum).abs() < 1e-6, "{target}: {mean} {sum}");
         }
         let free = SlewLimit::<f64>::NEUTRAL;
-        assert!((free.mean(1.0, 7.0, 1e-3) - 7.0).abs() < f64::EPSILON);
+        let (end, mean) = free.step(1.0, 7.0, 1e-3);
+        assert!((mean - 7.0).abs() + (end - 7.0).abs() < f64::EPSILON);
     }
 }
