@@ -20,7 +20,8 @@ use crate::valve::{GasState, Valve};
 pub struct CommandPath<R> {
     delay: ValveDelay<R>,
     hysteresis: ValveHysteresis<R>,
-    slew: SlewLimit<R>,
+    /// None where there is no limit: most spools are as fast as they are asked to be.
+    slew: Option<SlewLimit<R>>,
     spool: SpoolTransition<R>,
     spool_lag_s: R,
     dt_s: R,
@@ -71,7 +72,7 @@ impl<R: Real> CommandPath<R> {
         Self {
             delay,
             hysteresis,
-            slew,
+            slew: (!slew.is_none()).then_some(slew),
             spool: spool.transition(dt_s),
             spool_lag_s: spool.lag_s(),
             dt_s,
@@ -80,13 +81,14 @@ impl<R: Real> CommandPath<R> {
 
     /// How far the spool is behind a command that goes in steps of this size, s.
     pub fn lag_s(&self, step_v: R) -> R {
-        self.delay.delay_s + self.slew.lag_s(step_v) + self.spool_lag_s
+        let slew_lag_s = self.slew.map_or(R::ZERO, |slew| slew.lag_s(step_v));
+        self.delay.delay_s + slew_lag_s + self.spool_lag_s
     }
 
-    /// How fast the spool can go at the most.
+    /// How fast the spool can go at the most, if it is limited.
     #[inline]
-    pub fn slew(&self) -> &SlewLimit<R> {
-        &self.slew
+    pub fn slew(&self) -> Option<SlewLimit<R>> {
+        self.slew
     }
 
     /// The same path, with this spool where it has none.
@@ -108,7 +110,10 @@ impl<R: Real> CommandPath<R> {
     pub fn step(&self, state: &mut CommandState<R>, command_v: R) -> R {
         let delayed = self.delay.step(&mut state.line, command_v, self.dt_s);
         state.played = self.hysteresis.step(state.played, delayed);
-        let (slewed, mean) = self.slew.step(state.slewed, state.played, self.dt_s);
+        let (slewed, mean) = match &self.slew {
+            Some(slew) => slew.step(state.slewed, state.played, self.dt_s),
+            None => (state.played, state.played),
+        };
         state.slewed = slewed;
         self.spool.step(&mut state.spool, mean)
     }

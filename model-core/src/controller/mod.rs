@@ -540,14 +540,14 @@ impl<R: Real> Controller<R> {
     /// feedforward wants it, N.
     #[inline]
     fn on_the_way_n(&self, state: &ControllerState<R>, rates: &ForceRates<R>, rate: R) -> R {
-        if self.axis.command_path.slew().is_none() {
+        let Some(slew) = self.axis.command_path.slew() else {
             return R::ZERO;
-        }
+        };
         let observer = &state.observer;
         let slewed_v = observer.command.slewed_v();
         // With the valve's edges where the rig has them.
         let from_v = observer.edges.undone(slewed_v, self.null_v());
-        rates.on_the_way_n(&self.axis, from_v, rate)
+        rates.on_the_way_n(&self.axis, &slew, from_v, rate)
     }
 
     fn rest_command_v(&self, state: &ControllerState<R>) -> R {
