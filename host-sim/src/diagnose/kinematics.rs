@@ -92,8 +92,9 @@ pub(super) fn contradiction(
         };
         bring_together(windows, most_s);
     }
-    let wave = scale_wave(&together.concat());
-    if wave.is_none() && !is_material(&together.concat()) {
+    let all = together.concat();
+    let wave = scale_wave(&all);
+    if wave.is_none() && !is_material(&all) {
         return None;
     }
     // A filter is late by all that it is late, a logger's share of that or not.
