@@ -308,6 +308,13 @@ fn residuals(
         .collect()
 }
 
+fn by_chance(effect: &Effect) -> String {
+    match effect.by_chance {
+        Some(by_chance) => format!("{:.0} % or less", 100.0 * by_chance),
+        None => "not asked".into(),
+    }
+}
+
 fn what(section: &mut Section, verdict: &Verdict) {
     if verdict.effects.is_empty() {
         section.text("No effect is named.");
@@ -319,6 +326,7 @@ fn what(section: &mut Section, verdict: &Verdict) {
             "probability",
             "accounts for (of its law's misfit)",
             "a refit would hide",
+            "chance does as well",
         ]);
         for effect in &verdict.effects {
             table = table.row([
@@ -328,6 +336,7 @@ fn what(section: &mut Section, verdict: &Verdict) {
                 Cell::number(effect.probability, 2),
                 Cell::from(accounted_for(effect)),
                 Cell::from(format!("{:.0} %", 100.0 * effect.masked)),
+                Cell::from(by_chance(effect)),
             ]);
         }
         section.table(table);

@@ -1,7 +1,7 @@
 //! Where a model and recordings part, as charts: which variable the misfit goes
 //! with, and how.
 
-use crate::diagnose::locate::{Located, VariableShare};
+use crate::diagnose::locate::{Located, POSITION, VariableShare};
 use crate::diagnose::unknown_term::Shape;
 use crate::report::{BarChart, Chart, ChartStack, Role, Section, Series};
 use crate::units::shown;
@@ -150,10 +150,14 @@ fn binned(
 
 /// What one input would have had to be off by to explain a law that no effect explains.
 pub fn needed_input(section: &mut Section, input: &Located, role: Role) {
+    let how = if input.quantity == POSITION {
+        "in all rows together"
+    } else {
+        "in windows of a tenth of a second while the ordinary parameters are refitted"
+    };
     section.text(format!(
         "No effect of the list explains this law. If the {} alone were not what the model takes it for, \
-         {:.0} % of the misfit would be explained. What it would have to be off by, found in windows of a \
-         tenth of a second while the ordinary parameters are refitted: {}.",
+         {:.0} % of the misfit would be explained. What it would have to be off by, found {how}: {}.",
         input.quantity,
         100.0 * input.share,
         input.when

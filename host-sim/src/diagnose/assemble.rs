@@ -177,13 +177,16 @@ fn effects(laws: &[LawDiagnosis]) -> Vec<Effect> {
                 })
                 .collect();
             let places = candidate.places.iter().map(ToString::to_string).collect();
+            let alone = law.alone.get(&evidence.candidate);
+            let alone = alone.copied().unwrap_or_default();
             let effect = Effect {
                 effect: candidate.effect.into(),
                 form: candidate.form.map(Into::into),
                 places,
                 probability: evidence.probability,
                 parameters,
-                masked: law.masked.get(&evidence.candidate).copied().unwrap_or(0.0),
+                masked: alone.masked,
+                by_chance: alone.by_chance,
                 share: evidence.share,
             };
             match all.iter_mut().find(|known| known.effect == effect.effect) {
@@ -205,6 +208,10 @@ fn merge(known: &mut Effect, other: Effect) {
     known.parameters.extend(other.parameters);
     known.probability = known.probability.max(other.probability);
     known.masked = known.masked.max(other.masked);
+    known.by_chance = match (known.by_chance, other.by_chance) {
+        (Some(one), Some(other)) => Some(one.max(other)),
+        (one, other) => one.or(other),
+    };
     known.share = known.share.max(other.share);
 }
 
@@ -279,7 +286,15 @@ fn located(
         }
     }
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
-    all
+    // What two laws show of one sensor is said once.
+    let mut said: Vec<Located> = Vec::new();
+    for located in all {
+        let is_said = |one: &Located| one.place == located.place && one.when == located.when;
+        if !said.iter().any(is_said) {
+            said.push(located);
+        }
+    }
+    said
 }
 
 /// A place that shows only through an effect that was named there.

@@ -23,13 +23,13 @@
 use super::locate::{self, Located};
 use super::misfit::MISSED;
 use super::noise;
+use super::wave::{self, Wave};
 use crate::inspect::{Moved, moved};
 use crate::laws::{Law, Output, Track, median_step_s};
 use crate::recording::Recording;
 use crate::rig::Rig;
 use crate::text::plain;
-use nalgebra::{Matrix2, Vector2};
-use rayon::prelude::*;
+use nalgebra::Vector2;
 
 /// Rows of a window: few, as a filter shows in what is quick; and so many that the noise of the
 /// position (some um against some mm/s) does not cover it.
@@ -44,17 +44,6 @@ const ONE_NUMBER: f64 = 0.1;
 /// A periodic error of the position is material from this amplitude on, m: a third of what the
 /// axis is to hold its place to. Chosen.
 const MATERIAL_WAVE_M: f64 = 1e-5;
-/// Periods that are looked for, m; of the longest ...
-const PERIODS_M: (f64, f64) = (1e-3, 0.1);
-/// ... so many lie in the way that was travelled: less than two may be a scale of another gain.
-const LEAST_CYCLES: f64 = 2.0;
-/// Steps from one wave number to the next, in cycles over the way that was travelled.
-const CYCLES: f64 = 0.25;
-/// A wave is what the sensors disagree by if it takes away this part of the energy ...
-const OF_A_WAVE: f64 = 0.5;
-/// ... and chance seldom does as much at any period: one in so many.
-const CHANCE: f64 = 1e3;
-
 /// One window of a recording.
 #[derive(Clone)]
 struct Window {
@@ -112,7 +101,7 @@ pub(super) fn contradiction(
     let columns = columns(&windows, tracks);
     let mut located = locate::of_quantity(Law::Carriage, rig, tracks, &output, quantity, columns);
     located.share = 1.0;
-    let words = wave.map(|wave| wave.in_words());
+    let words = wave.map(|wave| format!("as if the position were {}", wave.in_words()));
     if let Some(number) = words.or_else(|| in_one_number(&windows.concat())) {
         located.when = format!("{}: {number}", located.when);
     }
@@ -174,62 +163,22 @@ fn is_material(windows: &[Window]) -> bool {
     over_noise > MISSED && over_noise > MATERIAL * MATERIAL * of_way
 }
 
-/// An error of the position that comes again along the way.
-#[derive(Clone, Copy, Debug)]
-struct Wave {
-    period_m: f64,
-    amplitude_m: f64,
-    /// Energy that it takes away, in units of the noise's of one window.
-    gain: f64,
-}
-
-impl Wave {
-    /// The wave of this many cycles per metre that takes away most, least squares.
-    fn of(windows: &[Window], per_m: f64) -> Option<Self> {
-        let angle = 2.0 * std::f64::consts::PI * per_m;
-        let mut normal = Matrix2::zeros();
-        let mut right = Vector2::zeros();
-        for window in windows {
-            let (from, to) = (window.at_m.0 * angle, window.at_m.1 * angle);
-            let change = Vector2::new(to.cos() - from.cos(), to.sin() - from.sin());
-            let change = change / window.noise_m;
-            normal += change * change.transpose();
-            right += change * (window.apart_m / window.noise_m);
-        }
-        let sizes = normal.try_inverse()? * right;
-        Some(Self {
-            period_m: 1.0 / per_m,
-            amplitude_m: sizes.norm(),
-            gain: sizes.dot(&right),
-        })
-    }
-
-    fn in_words(self) -> String {
-        format!(
-            "as if the position were up to {} um off and back every {} mm of its way",
-            plain(1e6 * self.amplitude_m, 2),
-            plain(1e3 * self.period_m, 3)
-        )
-    }
-}
-
 /// The periodic error of the position that most of the disagreement comes to, if it is material.
 fn scale_wave(windows: &[Window]) -> Option<Wave> {
     let places = || windows.iter().map(|window| window.at_m.0);
-    let (low, high) = (places().reduce(f64::min)?, places().reduce(f64::max)?);
-    let way_m = (high - low).max(PERIODS_M.0);
-    let step_per_m = CYCLES / way_m;
-    let (first, last) = (
-        (1.0 / PERIODS_M.1).max(LEAST_CYCLES / way_m),
-        1.0 / PERIODS_M.0,
-    );
-    let tried = ((last - first) / step_per_m).ceil();
-    let waves = (0..tried as usize).into_par_iter();
-    let waves = waves.filter_map(|step| Wave::of(windows, first + step as f64 * step_per_m));
-    let best = waves.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
+    let way_m = places().reduce(f64::max)? - places().reduce(f64::min)?;
     let missed = windows.len() as f64 * (energy(windows, |window| window.apart_m) - 1.0);
-    let is_sure = best.gain > 2.0 * (CHANCE * tried).ln() && best.gain > OF_A_WAVE * missed;
-    (is_sure && best.amplitude_m > MATERIAL_WAVE_M).then_some(best)
+    let change = |window: &Window, radians_per_m: f64| {
+        let (from, to) = (window.at_m.0 * radians_per_m, window.at_m.1 * radians_per_m);
+        let change = Vector2::new(to.cos() - from.cos(), to.sin() - from.sin());
+        (change / window.noise_m, window.apart_m / window.noise_m)
+    };
+    let wave = wave::largest(way_m, |radians_per_m| {
+        windows
+            .iter()
+            .map(move |window| change(window, radians_per_m))
+    })?;
+    (wave.explains(missed) && wave.amplitude_m() > MATERIAL_WAVE_M).then_some(wave)
 }
 
 /// The one number that is wrong, in words, if it is one.
@@ -343,7 +292,7 @@ mod tests {
             .collect();
         let wave = scale_wave(&windows.concat()).unwrap();
         assert!(
-            (wave.amplitude_m / truth["amplitude_m"] - 1.0).abs() < 0.1,
+            (wave.amplitude_m() / truth["amplitude_m"] - 1.0).abs() < 0.1,
             "{wave:?}"
         );
         assert!(

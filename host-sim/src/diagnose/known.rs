@@ -42,13 +42,14 @@ impl<'t> Known<'t> {
     /// Takes up what a law has shown. Where nothing explains a law, what it shows of sensors
     /// stands in for something else.
     pub fn learn(&mut self, law: &LawDiagnosis) {
-        if assemble::is_unexplained(law) && !is_tabled(law) {
+        let is_explained = !assemble::is_unexplained(law) || is_tabled(law);
+        if law.is_open && (may_be_gauges(law) || !is_explained && law.input.is_none()) {
+            self.doubts = doubts(law, &self.train);
+        }
+        if !is_explained {
             return;
         }
         self.rig = with_sensors(&self.rig, law);
-        if law.is_open && names_pressure_sensors(law) {
-            self.doubts = doubts(law, &self.train);
-        }
         if let Some(mended) = with_pressures_mended(&self.train, law) {
             self.train = Cow::from(mended);
         }
@@ -66,9 +67,12 @@ fn named(law: &LawDiagnosis) -> impl Iterator<Item = &Candidate> {
     set.map(|&index| &law.candidates[index])
 }
 
-fn names_pressure_sensors(law: &LawDiagnosis) -> bool {
+/// Whether an effect of the gauges is in the model, or would do as well as one that is.
+fn may_be_gauges(law: &LawDiagnosis) -> bool {
     let is_of_pressure = |place: &&str| place.starts_with("sensor.p");
-    named(law).any(|one| one.places.iter().any(is_of_pressure))
+    let rivals = law.rivals.iter().map(|&(_, rival)| &law.candidates[rival]);
+    let mut all = named(law).chain(rivals);
+    all.any(|one| one.places.iter().any(is_of_pressure))
 }
 
 /// The rig with what a law has shown of the sensors.

@@ -71,6 +71,9 @@ const RATE_HALF_WINDOW_S: f64 = 0.012;
 /// Rows on either side of such a window at the least.
 const LEAST_HALF_ROWS: f64 = 3.0;
 
+/// The quantity that is off where a scale is.
+pub const POSITION: &str = "position";
+
 /// Where one predicted signal parts from the recorded one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Located {

@@ -31,11 +31,13 @@ pub mod materiality;
 mod misfit;
 pub mod next_experiment;
 pub mod noise;
+mod null;
 mod phrase;
 pub mod proof;
 mod prospect;
 mod refit;
 mod remarks;
+mod scale;
 pub mod search;
 mod shown;
 mod strayed;
@@ -43,6 +45,7 @@ pub mod summary;
 mod unknown_input;
 pub mod unknown_term;
 pub mod verdict;
+mod wave;
 pub mod words;
 
 mod assemble;
@@ -141,8 +144,8 @@ pub struct LawDiagnosis {
     pub term: Option<unknown_term::Term>,
     /// What the effects came to that a table was put in the place of.
     of_effects: Option<Box<LawDiagnosis>>,
-    /// How much of each accepted effect a refit hides.
-    pub masked: BTreeMap<usize, f64>,
+    /// Each effect of the improved model beside the model without it.
+    pub alone: BTreeMap<usize, Alone>,
     /// The frozen models.
     pub frozen: Vec<Frozen>,
     /// Their runs on the training recordings, by model.
@@ -293,6 +296,7 @@ pub fn diagnose<E>(
             }
             laws.extend(diagnosis);
         }
+        scale::blame(&known, &mut laws);
     }
     progress("reading the held-out recordings");
     let (held_out, of_held_out) = gaps::parted(rig, read_held_out()?);
@@ -359,7 +363,7 @@ fn faults(recordings: &[Recording], inspections: &[Inspection]) -> Vec<(String, 
 /// What a search of the effects brought, its models fitted to the end.
 struct Searched {
     outcome: Outcome,
-    masked: BTreeMap<usize, f64>,
+    alone: BTreeMap<usize, Alone>,
     screened: Vec<String>,
     limits: Vec<Limit>,
     seconds: f64,
@@ -394,12 +398,15 @@ fn diagnose_law(law: Law, known: &Known<'_>, progress: &dyn Fn(&str)) -> Option<
     let settled = settled(&full, &mut searched);
     // What comes and goes at moments that suit it may be there always, over the state.
     let comes_and_goes = settled.improved.presence.is_some();
-    // Other effects have many forms, of which the model holds one; an offset has one.
-    let has_offset = |set: &[usize]| {
-        let mut effects = set.iter().map(|&index| full.candidates[index].effect);
-        effects.any(|effect| effect == leaps::OFFSET)
-    };
-    let is_formless = !assemble::is_enough(settled.explained) || has_offset(&settled.improved.set);
+    // A law of another form than the library's leaves something; where a table leaves plainly less
+    // it is another law. (A loose load leaves blows that no model meets.)
+    let mut effects = settled
+        .improved
+        .set
+        .iter()
+        .map(|&index| &full.candidates[index]);
+    let is_smooth = !effects.any(|one| one.is_rough);
+    let is_formless = is_smooth || !assemble::is_enough(settled.explained);
     let is_missed = is_formless && full.misses_plainly(&settled.improved);
     let is_open = (comes_and_goes || is_missed) && !searched.outcome.evidence.is_empty();
     let of_effects = written(law, &full, &searched, settled, &progress);
@@ -481,7 +488,7 @@ fn written(
         is_surprised: false,
         term: settled.term,
         of_effects: None,
-        masked: searched.masked.clone(),
+        alone: searched.alone.clone(),
         train: runs(law, full.rig, full.tracks, &frozen),
         held_out: Vec::new(),
         frozen,
@@ -546,7 +553,7 @@ fn searched(
         Doubt::Disguise => outcome.decline_all(),
     }
     Some(Searched {
-        masked: masked(full, &outcome),
+        alone: against_chance(full, &mut outcome),
         screened,
         limits,
         seconds: bench.seconds(),
@@ -676,24 +683,66 @@ fn runs(law: Law, rig: &Rig, tracks: &[Track<'_>], frozen: &[Frozen]) -> Vec<Vec
     frozen.par_iter().map(run).collect()
 }
 
-/// How much of each accepted effect a refit of everything else hides: one less
-/// the energy that is left of it over the energy that it has.
-fn masked(bench: &Bench<'_>, outcome: &Outcome) -> BTreeMap<usize, f64> {
-    let accepted = outcome.improved.set.iter();
-    accepted
-        .filter_map(|&candidate| Some((candidate, masked_share(bench, outcome, candidate)?)))
-        .collect()
+/// An effect beside the model without it, in which all else is refitted.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Alone {
+    /// How much of it the refit hides: one less the energy that is left of it over the energy
+    /// that it has.
+    pub masked: f64,
+    /// How probable it is that chance lets any effect explain as much; none where it was not
+    /// asked.
+    pub by_chance: Option<f64>,
 }
 
-fn masked_share(bench: &Bench<'_>, outcome: &Outcome, candidate: usize) -> Option<f64> {
-    let improved = &outcome.improved;
-    let set = search::without(&improved.set, candidate);
-    let refitted = if set.is_empty() {
-        outcome.baseline.clone()
-    } else {
-        bench.fit(&set, Some(improved))?
-    };
-    let switched_off = bench.restricted(improved, &set);
+impl Alone {
+    fn new(bench: &Bench<'_>, outcome: &Outcome, candidate: usize) -> Option<Self> {
+        let improved = &outcome.improved;
+        let without = if improved.set.len() == 1 {
+            outcome.baseline.clone()
+        } else {
+            bench.without(improved, candidate)?
+        };
+        // Moments chosen to suit an effect, and a number far off in whose place one is, are
+        // judged by other rules.
+        let is_asked =
+            |one: &Evidence| one.candidate == candidate && one.accepted && !one.is_of_strayed;
+        let is_asked = improved.presence.is_none() && outcome.evidence.iter().any(is_asked);
+        Some(Self {
+            masked: masked_share(bench, improved, candidate, &without)?,
+            by_chance: is_asked.then(|| null::by_chance(bench, &without, improved)),
+        })
+    }
+}
+
+/// Each effect against the model without it; those that chance does as well are taken out.
+fn against_chance(bench: &Bench<'_>, outcome: &mut Outcome) -> BTreeMap<usize, Alone> {
+    loop {
+        let effects = outcome.improved.set.iter();
+        let alone: BTreeMap<usize, Alone> = effects
+            .filter_map(|&effect| Some((effect, Alone::new(bench, outcome, effect)?)))
+            .collect();
+        let by_chance = alone
+            .iter()
+            .filter_map(|(&effect, alone)| Some((effect, alone.by_chance?)))
+            .filter(|(_, by_chance)| *by_chance > null::CHANCE)
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((effect, _)) = by_chance else {
+            return alone;
+        };
+        let Some(without) = bench.without(&outcome.improved, effect) else {
+            return alone;
+        };
+        outcome.leave_to_chance(effect, without);
+    }
+}
+
+fn masked_share(
+    bench: &Bench<'_>,
+    improved: &Fitted,
+    candidate: usize,
+    without: &Fitted,
+) -> Option<f64> {
+    let switched_off = bench.restricted(improved, &search::without(&improved.set, candidate));
     let with = bench.residuals_of(improved);
     let energy = |other: &Fitted| -> f64 {
         bench
@@ -705,7 +754,7 @@ fn masked_share(bench: &Bench<'_>, outcome: &Outcome, candidate: usize) -> Optio
             .sum()
     };
     let raw = energy(&switched_off);
-    (raw > 0.0).then(|| (1.0 - energy(&refitted) / raw).clamp(0.0, 1.0))
+    (raw > 0.0).then(|| (1.0 - energy(without) / raw).clamp(0.0, 1.0))
 }
 
 fn difference_energy(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {

@@ -56,21 +56,52 @@ pub(super) fn hopes<P: Borrow<Fitted> + Sync>(
 }
 
 /// A model, and what it misses beyond its own parameters.
-struct Prospects<'a> {
-    refit: Refit<'a>,
-    missed: Vec<Columns>,
+pub(super) struct Prospects<'a> {
+    pub(super) refit: Refit<'a>,
+    pub(super) missed: Vec<Columns>,
+}
+
+/// What effects change in the predictions of a model beyond its own parameters, a direction for
+/// each of their starts.
+pub(super) struct Directions {
+    pub(super) changes: Vec<Vec<Columns>>,
+    inverse: DMatrix<f64>,
+}
+
+impl Directions {
+    /// `None` where they change nothing.
+    pub(super) fn new(refit: &Refit<'_>, changes: Vec<Vec<Columns>>) -> Option<Self> {
+        let alike = DMatrix::from_fn(changes.len(), changes.len(), |row, column| {
+            refit.product(&changes[row], &changes[column])
+        });
+        let largest = alike.diagonal().max();
+        let inverse = alike
+            .pseudo_inverse(SAME * largest.max(f64::MIN_POSITIVE))
+            .ok()?;
+        Some(Self { changes, inverse })
+    }
+
+    /// How much of each direction is in something that has this in common with them.
+    fn shares(&self, in_common: Vec<f64>) -> DVector<f64> {
+        &self.inverse * DVector::from_vec(in_common)
+    }
+
+    /// The energy along all directions of something that has this in common with them.
+    pub(super) fn energy(&self, in_common: Vec<f64>) -> f64 {
+        let in_common = DVector::from_vec(in_common);
+        in_common.dot(&(&self.inverse * &in_common))
+    }
 }
 
 impl<'a> Prospects<'a> {
-    fn new(bench: &'a Bench<'a>, model: &'a Fitted) -> Self {
+    pub(super) fn new(bench: &'a Bench<'a>, model: &'a Fitted) -> Self {
         let refit = Refit::new(bench, model, bench.sigma(Some(model)));
         let missed = refit.left_of(&bench.recorded());
         Self { refit, missed }
     }
 
-    /// What a set would leave at the best, by output: mean squares, SI; its new effects each
-    /// where their fits begin. `None` where it makes no change.
-    fn left_by(&self, set: &[usize], parent: &Fitted) -> Option<Vec<f64>> {
+    /// What a set changes that its parent lacks, its new effects each where their fits begin.
+    pub(super) fn directions(&self, set: &[usize], parent: &Fitted) -> Option<Directions> {
         let bench = self.refit.bench;
         let change = |new: usize, start: usize| {
             let begun = bench.begun(&with(&parent.set, new), parent, start);
@@ -78,21 +109,21 @@ impl<'a> Prospects<'a> {
                 .left_of(&bench.predicted_on(&begun, bench.tracks))
         };
         let new = set.iter().filter(|index| !parent.set.contains(index));
-        let changes: Vec<Vec<Columns>> = new
-            .flat_map(|&new| (0..bench.candidates[new].starts.len()).map(move |at| (new, at)))
-            .map(|(new, start)| change(new, start))
-            .collect();
-        let alike = DMatrix::from_fn(changes.len(), changes.len(), |row, column| {
-            self.refit.product(&changes[row], &changes[column])
-        });
-        let largest = alike.diagonal().max();
-        let inverse = alike
-            .pseudo_inverse(SAME * largest.max(f64::MIN_POSITIVE))
-            .ok()?;
-        let explained = changes
+        let starts =
+            new.flat_map(|&new| (0..bench.candidates[new].starts.len()).map(move |at| (new, at)));
+        let changes = starts.map(|(new, start)| change(new, start)).collect();
+        Directions::new(&self.refit, changes)
+    }
+
+    /// What a set would leave at the best, by output: mean squares, SI. `None` where it makes
+    /// no change.
+    fn left_by(&self, set: &[usize], parent: &Fitted) -> Option<Vec<f64>> {
+        let directions = self.directions(set, parent)?;
+        let changes = &directions.changes;
+        let in_common = changes
             .iter()
             .map(|change| self.refit.product(change, &self.missed));
-        let shares = inverse * DVector::from_iterator(changes.len(), explained);
+        let shares = directions.shares(in_common.collect());
         let mut left = self.missed.clone();
         for (change, share) in changes.iter().zip(&shares) {
             for (left, change) in left.iter_mut().zip(change) {

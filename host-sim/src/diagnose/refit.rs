@@ -66,6 +66,11 @@ impl<'a> Refit<'a> {
             .sum()
     }
 
+    /// By which the product of two residuals of an output counts.
+    pub(super) fn weight(&self, output: usize) -> f64 {
+        self.sigma[output].powi(-2)
+    }
+
     /// What the parameters cannot take up where the predictions were these.
     pub(super) fn left_of(&self, predicted: &[Columns]) -> Vec<Columns> {
         let pairs = predicted.iter().zip(&self.predicted);

@@ -60,6 +60,9 @@ pub struct Effect {
     pub parameters: BTreeMap<String, Estimate>,
     /// How much of it a refit of the ordinary parameters would have hidden.
     pub masked: f64,
+    /// How probable it is that chance lets the best of all effects explain as much, by
+    /// repetitions in which nothing is missing; null where that was not asked.
+    pub by_chance: Option<f64>,
     /// Part of what the refitted baseline missed that it accounts for.
     pub share: f64,
 }

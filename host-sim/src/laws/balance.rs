@@ -117,6 +117,12 @@ pub(super) fn weights(time_s: &[f64]) -> Vec<f64> {
     Bump::new(super::motion::median_step_s(time_s)).weights
 }
 
+/// How the rows around one weigh in the acceleration that its balance counts, 1/s2: one row more
+/// on either side than in the bump.
+pub fn curvature(time_s: &[f64]) -> Vec<f64> {
+    Bump::new(super::motion::median_step_s(time_s)).curvature
+}
+
 /// An output that is not predicted at a row.
 fn skipped<R: Real>() -> R {
     R::from_f64(f64::NAN)

@@ -29,7 +29,7 @@ pub struct Evidence {
     pub probability: f64,
     /// Whether a parameter of it stands on a bound (its neutral value mostly).
     pub at_bound: bool,
-    /// Whether chance makes as much of so few break-aways.
+    /// Whether chance makes as much of so few break-aways, or any effect of what is missed.
     pub is_chance: bool,
     /// Whether it is accepted.
     pub accepted: bool,
@@ -126,6 +126,9 @@ impl Evidence {
         if self.is_superseded {
             return Some("it helps, but something else explains the recordings better".into());
         }
+        if self.is_chance {
+            return Some("chance alone explains as much".into());
+        }
         if self.folds_better.1 == 0 {
             return Some("nothing material is left without it".into());
         }
@@ -139,8 +142,6 @@ impl Evidence {
                 "the recordings are predicted no better with it ({:+.1} %)",
                 100.0 * (self.ratio - 1.0)
             )
-        } else if self.is_chance {
-            "so few break-aways are as well explained by chance".into()
         } else if self.is_negligible {
             "it is plain and too small to matter; it stays in the model".into()
         } else if self.share < MATERIAL_SHARE {

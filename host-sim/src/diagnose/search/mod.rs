@@ -80,6 +80,16 @@ impl Outcome {
         }
     }
 
+    /// Chance explains as much as an accepted effect: the model without it stands.
+    pub(super) fn leave_to_chance(&mut self, candidate: usize, without: Fitted) {
+        self.decline(candidate);
+        let of = |one: &&mut Evidence| one.candidate == candidate;
+        for one in self.evidence.iter_mut().filter(of) {
+            one.is_chance = true;
+        }
+        self.improved = without;
+    }
+
     /// The rig file may be as wrong as what was accepted.
     pub(super) fn doubt(&mut self) {
         for one in self.evidence.iter_mut().filter(|one| one.accepted) {

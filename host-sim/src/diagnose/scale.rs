@@ -1,0 +1,189 @@
+//! A scale that is off along its way, told by the laws that the position drives.
+//!
+//! A velocity that was computed from the position contradicts nothing ([`super::kinematics`]). But
+//! where the position is off by e(x), the carriage seems to be accelerated by d2e/dt2 more, and the
+//! balance of forces misses
+//!
+//! ```text
+//! - M sum phi'' e(x) dt / sum phi dt
+//! ```
+//!
+//! which grows with the square of the speed, as no force along the way does. An error that comes
+//! again and again, A sin(2 pi x / period + phase), is looked for in what no effect explains. The
+//! chambers, whose volumes are off by the same, are asked once more behind the position as it is
+//! without.
+//!
+//! Limits: an error that does not come again is not found, nor what a bump of 40 ms averages out.
+
+use super::fitted::{Bench, Fitted};
+use super::known::Known;
+use super::locate::{self, Located};
+use super::wave::{self, Wave};
+use super::{LawDiagnosis, assemble};
+use crate::laws::{Law, Output, Track, balance};
+use crate::recording::Recording;
+use nalgebra::Vector2;
+
+const OUTPUT: Output = Output {
+    signal: "x",
+    place: "sensor.x",
+    unit: "m",
+};
+
+/// Says that the position is wrong where that explains what the carriage misses, and of the
+/// chambers where it explains more than any other input.
+pub(super) fn blame(known: &Known<'_>, laws: &mut [LawDiagnosis]) {
+    let is_open = |law: &&mut LawDiagnosis| assemble::is_unexplained(law);
+    let mut open: Vec<&mut LawDiagnosis> = laws.iter_mut().filter(is_open).collect();
+    let of = |law: Law| open.iter().position(|one| one.law == law);
+    let (carriage, chambers) = (of(Law::Carriage), of(Law::Chambers));
+    let Some(carriage) = carriage else { return };
+    let tracks: Vec<Track<'_>> = known.train.iter().map(Track::new).collect();
+    let mut bench = Bench::new(Law::Balance, &known.rig, &tracks);
+    bench.noise.clone_from(&open[carriage].noise);
+    let Some((wave, share)) = scale_wave(&bench, &open[carriage].baseline) else {
+        return;
+    };
+    let located = |share: f64| located(&bench, &wave, share);
+    open[carriage].input = Some(located(share));
+    if let Some(chambers) = chambers {
+        let chambers = &mut open[chambers];
+        let share = behind(&wave, known, chambers).unwrap_or(0.0);
+        if chambers
+            .input
+            .as_ref()
+            .is_none_or(|input| input.share < share)
+        {
+            chambers.input = Some(located(share));
+        }
+    }
+}
+
+/// The periodic error of the position that explains most of what the balance misses while
+/// sliding, and the part of it, if no force along the way explains as much.
+fn scale_wave(bench: &Bench<'_>, baseline: &Fitted) -> Option<(Wave, f64)> {
+    let mass_kg = baseline
+        .value("carriage.mass_kg")
+        .or_else(|| bench.rig.value("carriage.mass_kg"))?;
+    let sliding = bench.residuals_of(baseline).swap_remove(0);
+    let curvatures: Vec<Vec<f64>> = bench
+        .tracks
+        .iter()
+        .map(|track| balance::curvature(&track.recording.time_s))
+        .collect();
+    let mut rows = Vec::new();
+    for ((track, missed_n), curvature) in bench.tracks.iter().zip(&sliding).zip(&curvatures) {
+        let position_m = track.recording.signal("x")?;
+        let half = curvature.len() / 2;
+        let told = missed_n.iter().enumerate().filter(|(_, n)| n.is_finite());
+        rows.extend(told.map(|(row, missed_n)| Row {
+            around_m: &position_m[row - half..=row + half],
+            curvature,
+            missed: missed_n / bench.noise[0],
+        }));
+    }
+    let unit = bench.noise[0];
+    let wave = largest(&rows, |row, per_m| row.curved(per_m) * -mass_kg / unit)?;
+    let pushed = largest(&rows, |row, per_m| row.pushed(per_m) / unit)?;
+    let held = largest(&rows, |row, per_m| row.held(per_m) / unit)?;
+    let missed = rows.iter().map(|row| row.missed.powi(2)).sum::<f64>() - rows.len() as f64;
+    let is_it = wave.explains(missed) && wave.gain > pushed.gain.max(held.gain);
+    is_it.then_some((wave, (wave.gain / missed).min(1.0)))
+}
+
+/// The wave along the way that explains most, of what one of a radian per so many metres changes.
+fn largest(rows: &[Row<'_>], of: impl Fn(&Row<'_>, f64) -> Vector2<f64> + Sync) -> Option<Wave> {
+    let places = || rows.iter().map(Row::at_m);
+    let way_m = places().reduce(f64::max)? - places().reduce(f64::min)?;
+    let of = &of;
+    wave::largest(way_m, |radians_per_m| {
+        rows.iter()
+            .map(move |row| (of(row, radians_per_m), row.missed))
+    })
+}
+
+/// A balance of forces while sliding.
+struct Row<'a> {
+    /// The positions that it counts.
+    around_m: &'a [f64],
+    curvature: &'a [f64],
+    /// What it misses, in units of its noise.
+    missed: f64,
+}
+
+impl Row<'_> {
+    fn at_m(&self) -> f64 {
+        self.around_m[self.around_m.len() / 2]
+    }
+
+    /// The acceleration that a cosine and a sine of the position seem to have.
+    fn curved(&self, radians_per_m: f64) -> Vector2<f64> {
+        let rows = self.around_m.iter().zip(self.curvature);
+        rows.map(|(place_m, weight)| turned(place_m * radians_per_m) * *weight)
+            .sum()
+    }
+
+    /// The same as forces along the way.
+    fn pushed(&self, radians_per_m: f64) -> Vector2<f64> {
+        turned(self.at_m() * radians_per_m)
+    }
+
+    /// As frictions.
+    fn held(&self, radians_per_m: f64) -> Vector2<f64> {
+        let way_m = self.around_m[self.around_m.len() - 1] - self.around_m[0];
+        self.pushed(radians_per_m) * way_m.signum()
+    }
+}
+
+fn turned(angle: f64) -> Vector2<f64> {
+    Vector2::new(angle.cos(), angle.sin())
+}
+
+/// What the chambers' misfit comes to behind the position without its error: the part of it that
+/// is explained.
+fn behind(wave: &Wave, known: &Known<'_>, chambers: &LawDiagnosis) -> Option<f64> {
+    let mended: Vec<Recording> = known.train.iter().map(|one| mended(wave, one)).collect();
+    let tracks: Vec<Track<'_>> = mended.iter().map(Track::new).collect();
+    let mut bench = Bench::new(chambers.law, &known.rig, &tracks);
+    bench.noise.clone_from(&chambers.noise);
+    let refitted = bench.fit(&[], Some(&chambers.baseline))?;
+    Some(assemble::explained(
+        &chambers.baseline,
+        &refitted,
+        &chambers.noise,
+    ))
+}
+
+fn mended(wave: &Wave, recording: &Recording) -> Recording {
+    let mut mended = recording.clone();
+    if let Some(position_m) = mended.signals.get_mut("x") {
+        for place_m in position_m {
+            *place_m -= wave.at_m(*place_m);
+        }
+    }
+    mended
+}
+
+fn located(bench: &Bench<'_>, wave: &Wave, share: f64) -> Located {
+    let off_m = |track: &Track<'_>| {
+        let position_m = track.recording.signal("x").unwrap_or_default();
+        position_m
+            .iter()
+            .map(|&place_m| wave.at_m(place_m))
+            .collect()
+    };
+    let columns = bench.tracks.iter().map(off_m).collect();
+    let (rig, tracks) = (bench.rig, bench.tracks);
+    Located {
+        share,
+        when: wave.in_words(),
+        ..locate::of_quantity(
+            Law::Carriage,
+            rig,
+            tracks,
+            &OUTPUT,
+            locate::POSITION,
+            columns,
+        )
+    }
+}
