@@ -181,41 +181,58 @@ impl<'a> Blocks<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{drawn, search};
+    use super::super::{drawn, prospect, search};
     use super::*;
     use crate::laws::{Law, Track};
+    use crate::recording::Recording;
     use truth_plant::{Kind, Request, Strength};
 
-    /// Of twenty healthy rigs one is to have a p-value below a twentieth, of six hardly one.
+    /// The recordings are the model's own, with white noise: of twenty p-values one is to be
+    /// below a twentieth, of six hardly two.
     #[test]
     fn prop_where_nothing_is_missing_chance_does_as_well() {
+        let (rig, recordings) = drawn::read(&Request::new(2, Kind::Nothing));
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Chambers, &rig, &tracks);
+        let predicted = bench.predicted_on(&baseline, bench.tracks);
+        let outputs = bench.law.outputs(&rig);
         let of_seed = |seed: u64| {
-            let (rig, recordings) = drawn::read(&Request::new(seed, Kind::Nothing));
-            let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+            let drawn = recordings.iter().zip(&predicted).enumerate();
+            let drawn = drawn.map(|(number, (recording, columns))| {
+                let mut drawn = recording.clone();
+                for (place, (output, column)) in outputs.iter().zip(columns).enumerate() {
+                    let mut noise = Noise::new(seed, (10 * number + place) as u64);
+                    let noisy = column
+                        .iter()
+                        .map(|p| p + bench.noise[place] * noise.normal());
+                    drawn.signals.insert(output.signal.into(), noisy.collect());
+                }
+                drawn
+            });
+            let drawn: Vec<Recording> = drawn.collect();
+            let tracks: Vec<Track<'_>> = drawn.iter().map(Track::new).collect();
             let (bench, baseline) = drawn::searched(Law::Chambers, &rig, &tracks);
-            let singles =
-                (0..bench.candidates.len()).filter_map(|one| bench.fit(&[one], Some(&baseline)));
+            let singles: Vec<(Vec<usize>, &Fitted)> = (0..bench.candidates.len())
+                .map(|one| (vec![one], &baseline))
+                .collect();
             let least = |one: &Fitted| one.energy_above(&bench.noise);
-            let best = singles
-                .min_by(|a, b| least(a).total_cmp(&least(b)))
-                .unwrap();
+            let promising = prospect::order(&bench, &baseline, &singles, &least)[0];
+            let best = bench.fit(&[promising], Some(&baseline)).unwrap();
             by_chance(&bench, &baseline, &best)
         };
         let values: Vec<f64> = (1..=6).map(of_seed).collect();
         println!("{values:?}");
-        assert!(
-            values.iter().filter(|&&p| p <= CHANCE).count() <= 1,
-            "{values:?}"
-        );
+        let low = values.iter().filter(|&&p| p <= CHANCE).count();
+        assert!(low <= 1, "{values:?}");
     }
 
     #[test]
     fn prop_chance_does_not_do_what_an_effect_does() {
-        let strong = Strength::Weak;
-        let (rig, recordings) = drawn::of_kind(Kind::Single, 3, strong, "piston-leakage");
+        let weak = Strength::Weak;
+        let (rig, recordings) = drawn::of_kind(Kind::Single, 3, weak, "piston-leakage");
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let (bench, baseline) = drawn::searched(Law::Chambers, &rig, &tracks);
         let found = search::search(&bench, &baseline, &|_| ()).improved;
-        assert_eq!(by_chance(&bench, &baseline, &found), 0.01);
+        assert!(by_chance(&bench, &baseline, &found) < 0.02);
     }
 }

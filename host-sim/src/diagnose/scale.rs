@@ -187,3 +187,41 @@ fn located(bench: &Bench<'_>, wave: &Wave, share: f64) -> Located {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawn;
+    use super::*;
+    use truth_plant::{Kind, Request, Strength};
+
+    /// What the balance alone says, without the recorded velocity, of a case.
+    fn found(request: &Request) -> Option<Wave> {
+        let (rig, recordings) = drawn::read(request);
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
+        scale_wave(&bench, &baseline).map(|(wave, _)| wave)
+    }
+
+    #[test]
+    fn val_a_wave_of_the_scale_shows_in_the_balance_of_forces() {
+        let request = Request::new(5, Kind::OffList).with_noise(1.0);
+        let request = request.with_effect("position-sensor-wave").unwrap();
+        let request = request.with_strength(Strength::Strong);
+        let truth = &request.draw().truth.effects[0].parameters;
+        let wave = found(&request).unwrap();
+        println!("{wave:?} of {truth:?}");
+        assert!((wave.amplitude_m() / truth["amplitude_m"] - 1.0).abs() < 0.15);
+        assert!((wave.period_m / truth["period_m"] - 1.0).abs() < 0.01);
+    }
+
+    /// Both go with the position; the friction does not grow with the square of the speed.
+    #[test]
+    fn prop_a_wave_of_friction_is_no_error_of_the_scale() {
+        for seed in [3, 5] {
+            let request = Request::new(seed, Kind::Single).with_noise(1.0);
+            let request = request.with_effect("position-dependent-friction").unwrap();
+            let wave = found(&request.with_strength(Strength::Strong));
+            assert!(wave.is_none(), "seed {seed}: {wave:?}");
+        }
+    }
+}

@@ -28,6 +28,10 @@ use crate::laws::{Law, Track};
 use crate::model::{Side, force_key, opening_knots, shift_key};
 use model_core::left_out::{KNOTS, knots};
 
+/// A table that after a few iterations leaves so many times the amplitude that the named effects
+/// leave will not end below them.
+const HOPELESS: f64 = 5.0;
+
 /// What is a table of what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -260,11 +264,14 @@ fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Ter
         };
         let index = bench.candidates.len();
         bench.candidates.push(candidate);
-        // A refit that bent itself around what is missing may lie far from both.
-        let fits = [baseline, &given]
-            .into_iter()
-            .filter_map(|start| bench.fit(&[index], Some(start)));
         let energy = |model: &Fitted| model.energy_above(&bench.noise);
+        let hopeful = |start: &Fitted| {
+            let begun = bench.ranked(&[index], start)?;
+            let hope = ratio(energy(&begun), energy(named)) < HOPELESS;
+            if hope { bench.finished(&begun) } else { None }
+        };
+        // A refit that bent itself around what is missing may lie far from both.
+        let fits = [baseline, &given].into_iter().filter_map(hopeful);
         let Some(with) = fits.min_by(|a, b| energy(a).total_cmp(&energy(b))) else {
             continue;
         };
