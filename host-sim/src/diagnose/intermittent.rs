@@ -12,8 +12,9 @@ use super::leaps;
 use super::prospect::{self, PROMISING};
 use super::search::{PLAIN_RATIO, mean};
 use crate::fit::presence::{Presence, refined_each};
-use crate::laws::Law;
+use crate::laws::{Law, Track};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Effects that are followed to the end.
 const FINALISTS: usize = 4;
@@ -56,7 +57,8 @@ pub fn search(
     lasting: &[&Fitted],
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<Fitted> {
-    let starts = Start::likely(bench, baseline);
+    let mut starts = Start::likely(bench, baseline);
+    starts.extend(Start::between_recordings(bench, baseline));
     let mut begun: Vec<(Set, Fitted)> = promising_of(bench, &starts, score);
     begun.par_extend(
         lasting
@@ -106,6 +108,31 @@ impl Start {
         likely.map(|(start, _)| start).collect()
     }
 
+    /// What broke or was mended between two recordings: of all that lie on one side of such a
+    /// moment, the most in which nothing is missing; the effect is in the others. (An offset of
+    /// both gauges from the second of four recordings on bent the refit of all everywhere, and no
+    /// window that begins with the pressures as measured shows it.)
+    fn between_recordings(bench: &Bench<'_>, baseline: &Fitted) -> Option<Self> {
+        let count = bench.tracks.len();
+        let sides: Vec<Range<usize>> = (1..count).flat_map(|at| [0..at, at..count]).collect();
+        let whole = |side: Range<usize>| {
+            let model = fitted_to(bench, baseline, side.clone())?;
+            let there = |recording: usize| {
+                let time_s = &bench.tracks[recording].recording.time_s;
+                let is_whole = !side.contains(&recording);
+                is_whole
+                    .then_some((time_s[0], f64::INFINITY))
+                    .into_iter()
+                    .collect()
+            };
+            let rows: usize = bench.tracks[side.clone()].iter().map(Track::len).sum();
+            let spans_s = (0..count).map(there).collect();
+            Some((rows, Self { model, spans_s }))
+        };
+        let sides = sides.into_par_iter().filter_map(whole);
+        sides.max_by_key(|(rows, _)| *rows).map(|(_, start)| start)
+    }
+
     /// The spans in which a model misses most, and how unlikely what it misses is, per row, as
     /// noise of one size there and of another elsewhere: the mean logarithm of both squares.
     fn of(bench: &Bench<'_>, model: Fitted) -> (Self, f64) {
@@ -130,6 +157,23 @@ impl Start {
         let spans_s = worst.spans_s;
         (Self { model, spans_s }, surprise)
     }
+}
+
+/// The model without effects, its numbers fitted to some of the recordings alone, if nothing is
+/// missing in these.
+fn fitted_to(bench: &Bench<'_>, baseline: &Fitted, side: Range<usize>) -> Option<Fitted> {
+    let mut part = Bench::new(bench.law, bench.rig, &bench.tracks[side]).for_search();
+    part.noise.clone_from(&bench.noise);
+    let fitted = part.fit(&[], Some(&part.as_given(baseline)))?;
+    if part.misses_plainly(&fitted) {
+        return None;
+    }
+    let names = baseline.names.iter().zip(&baseline.values);
+    let values = names.map(|(name, &value)| fitted.value(name).unwrap_or(value));
+    Some(Fitted {
+        values: values.collect(),
+        ..baseline.clone()
+    })
 }
 
 /// Sets with the models and the spans that they begin from; of the best, those whose score is
@@ -392,6 +436,35 @@ mod tests {
             };
             let spans: Vec<_> = starts.iter().map(|start| &start.spans_s).collect();
             assert!(starts.iter().any(is_right), "seed {seed}: {spans:?}");
+        }
+    }
+
+    /// Gauges that were exchanged after the first recording: the refit of all was bent everywhere,
+    /// the force of the offsets was named, with 0.95, and one gauge at the wrong size.
+    #[test]
+    fn regress_what_begins_between_two_recordings_is_found_there() {
+        let (rig, mut recordings) = drawn::read(&Request::new(1, Kind::Nothing));
+        for recording in &mut recordings[1..] {
+            for (signal, off_pa) in [("p_a", -12e3), ("p_b", 12e3)] {
+                let column = recording.signals.get_mut(signal).unwrap();
+                column.iter_mut().for_each(|shown| *shown += off_pa);
+            }
+        }
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::chambers(&rig, &tracks);
+        let start = Start::between_recordings(&bench, &baseline).unwrap();
+        let is_empty: Vec<bool> = start.spans_s.iter().map(Vec::is_empty).collect();
+        let first = |recording: usize| recording == 0;
+        assert_eq!(is_empty, (0..tracks.len()).map(first).collect::<Vec<_>>());
+        let found = search(&bench, &baseline, &[], &|one| {
+            one.energy_above(&bench.noise)
+        });
+        let of = |index: usize| &bench.candidates[index];
+        let offset = |index: &usize| of(*index).effect == leaps::OFFSET;
+        assert!(found[0].set.len() == 2 && found[0].set.iter().all(offset));
+        for &index in &found[0].set {
+            let value = found[0].value(&of(index).free[0].key).unwrap();
+            assert!((value.abs() - 12e3).abs() < 200.0, "{value} Pa");
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::recording::Recording;
 use crate::rig::Rig;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// How well the chambers tell a time between signals, s, whatever their fit says of it: beside a
 /// supply that droops 2.9 ms came out 0.23 ms off, which the balance of forces took for a load.
@@ -131,13 +132,33 @@ fn doubts(law: &LawDiagnosis, recordings: &[Recording]) -> Vec<Doubts> {
 /// such thing.
 fn with_pressures_mended(recordings: &[Recording], law: &LawDiagnosis) -> Option<Vec<Recording>> {
     let presence = law.improved.presence.as_ref()?;
+    mended(recordings, law, |number, recording| {
+        presence.rows(number, &recording.time_s)
+    })
+}
+
+/// The same of recordings of which nobody has looked when it is there: as if always, as the
+/// improved rig holds it.
+pub(super) fn with_pressures_mended_throughout(
+    recordings: &[Recording],
+    law: &LawDiagnosis,
+) -> Option<Vec<Recording>> {
+    law.improved.presence.as_ref()?;
+    mended(recordings, law, |_, recording| vec![0..recording.len()])
+}
+
+fn mended(
+    recordings: &[Recording],
+    law: &LawDiagnosis,
+    there: impl Fn(usize, &Recording) -> Vec<Range<usize>>,
+) -> Option<Vec<Recording>> {
     if !named(law).all(Candidate::is_of_sensors) {
         return None;
     }
     let rig = &law.frozen[Model::Improved as usize].rig;
     let mended = |(number, recording): (usize, &Recording)| {
         let mut mended = recording.clone();
-        let there = presence.rows(number, &recording.time_s);
+        let there = there(number, recording);
         let read_pa = read_pressures_pa(rig, &Track::new(recording))?;
         for (side, read_pa) in Side::BOTH.iter().zip(read_pa) {
             let column = mended.signals.get_mut(side.pressure_signal())?;

@@ -67,6 +67,7 @@ use next_experiment::NextExperiment;
 use proof::{Frozen, Run};
 use rayon::prelude::*;
 use search::{Evidence, Outcome};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use strayed::Doubt;
 use verdict::Verdict;
@@ -301,18 +302,22 @@ pub fn diagnose<E>(
     progress("reading the held-out recordings");
     let (held_out, of_held_out) = gaps::parted(rig, read_held_out()?);
     notes.extend(of_held_out);
-    let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
+    let mut heard = Cow::from(&held_out);
     for law in &mut laws {
-        law.prove(rig, &tracks, &held_out);
+        let tracks: Vec<Track<'_>> = heard.iter().map(Track::new).collect();
+        law.prove(rig, &tracks, &heard);
         if law.refuted.is_some() {
             progress("which input would explain it");
             law.ask_for_input_anew(rig, &train);
         }
-        if proof::surprises(law, &held_out) {
+        if proof::surprises(law, &heard) {
             law.is_surprised = true;
             let misfits =
                 locate::locate(law.law, rig, &tracks, &law.left_of_held_out(&tracks, rig));
             law.located = above_noise(misfits, &law.floor);
+        }
+        if let Some(mended) = known::with_pressures_mended_throughout(&heard, law) {
+            heard = Cow::from(mended);
         }
     }
     hidden_gauge::put_beside_force(rig, &mut laws);
