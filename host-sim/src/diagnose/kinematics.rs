@@ -44,6 +44,9 @@ const ONE_NUMBER: f64 = 0.1;
 /// A periodic error of the position is material from this amplitude on, m: a third of what the
 /// axis is to hold its place to. Chosen.
 const MATERIAL_WAVE_M: f64 = 1e-5;
+/// A window moves whose way is so many times what its noise is.
+const PLAINLY: f64 = 5.0;
+
 /// One window of a recording.
 #[derive(Clone)]
 struct Window {
@@ -164,10 +167,14 @@ fn is_material(windows: &[Window]) -> bool {
 }
 
 /// The periodic error of the position that most of the disagreement comes to, if it is material.
+/// Where the carriage rests, the noise of a position that is thought to lie in a wave is the
+/// noise of what it is held against: only windows that move say something.
 fn scale_wave(windows: &[Window]) -> Option<Wave> {
+    let moves = |window: &&Window| window.moved.path_m.abs() > PLAINLY * window.noise_m;
+    let windows: Vec<Window> = windows.iter().filter(moves).cloned().collect();
     let places = || windows.iter().map(|window| window.at_m.0);
     let way_m = places().reduce(f64::max)? - places().reduce(f64::min)?;
-    let missed = windows.len() as f64 * (energy(windows, |window| window.apart_m) - 1.0);
+    let missed = windows.len() as f64 * (energy(&windows, |window| window.apart_m) - 1.0);
     let change = |window: &Window, radians_per_m: f64| {
         let (from, to) = (window.at_m.0 * radians_per_m, window.at_m.1 * radians_per_m);
         let change = Vector2::new(to.cos() - from.cos(), to.sin() - from.sin());
@@ -302,6 +309,16 @@ mod tests {
         let located = at(&rig, &recordings, false).unwrap();
         assert_eq!(located.place, "sensor.x");
         assert!(located.when.contains("every 18."), "{}", located.when);
+    }
+
+    /// Rests under ten times the usual noise were a wave of 13 um every 1.36 mm.
+    #[test]
+    fn regress_the_noise_of_a_rest_is_no_wave() {
+        let request = Request::new(257_271_279, Kind::Single).with_noise(10.0);
+        let request = request.with_effect("dwell-stiction").unwrap();
+        let request = request.with_strength(Strength::Strong);
+        let located = found(&request, |_| ());
+        assert!(located.is_none(), "{}", located.unwrap().when);
     }
 
     /// Over 20 mm a gain is as straight as a part of a long wave.
