@@ -144,7 +144,9 @@ pub(super) fn with_pressures_mended_throughout(
     law: &LawDiagnosis,
 ) -> Option<Vec<Recording>> {
     law.improved.presence.as_ref()?;
-    mended(recordings, law, |_, recording| vec![0..recording.len()])
+    mended(recordings, law, |_, recording| {
+        std::iter::once(0..recording.len()).collect()
+    })
 }
 
 fn mended(
