@@ -208,10 +208,8 @@ fn merge(known: &mut Effect, other: Effect) {
     known.parameters.extend(other.parameters);
     known.probability = known.probability.max(other.probability);
     known.masked = known.masked.max(other.masked);
-    known.by_chance = match (known.by_chance, other.by_chance) {
-        (Some(one), Some(other)) => Some(one.max(other)),
-        (one, other) => one.or(other),
-    };
+    let by_chance = [known.by_chance, other.by_chance];
+    known.by_chance = by_chance.into_iter().flatten().reduce(f64::max);
     known.share = known.share.max(other.share);
 }
 

@@ -12,6 +12,7 @@
 
 use super::fitted::{Bench, Columns, Fitted};
 use super::prospect::{Directions, Prospects};
+use super::refit::difference;
 use crate::random::Noise;
 use rayon::prelude::*;
 
@@ -29,7 +30,7 @@ pub(super) fn by_chance(bench: &Bench<'_>, without: &Fitted, with: &Fitted) -> f
     let blocks = Blocks::new(bench, with);
     let repetitions = blocks.signs();
     let along = |directions: &Directions| Explained {
-        recorded: prospects.explained(directions),
+        recorded: directions.energy(prospects.in_common(directions)),
         by_chance: blocks.explained(directions, &prospects, &repetitions),
     };
     let change = bench.predicted_on(with, bench.tracks);
@@ -63,15 +64,6 @@ struct Explained {
     by_chance: Vec<f64>,
 }
 
-impl Prospects<'_> {
-    /// Energy of what is missed that lies along these directions.
-    fn explained(&self, directions: &Directions) -> f64 {
-        let changes = directions.changes.iter();
-        let in_common = changes.map(|change| self.refit.product(change, &self.missed));
-        directions.energy(in_common.collect())
-    }
-}
-
 /// What a model leaves, cut into blocks: of rows, and each event for itself.
 struct Blocks<'a> {
     bench: &'a Bench<'a>,
@@ -84,16 +76,8 @@ impl<'a> Blocks<'a> {
     fn new(bench: &'a Bench<'a>, model: &Fitted) -> Self {
         let predicted = bench.predicted_on(model, bench.tracks);
         let recorded = bench.recorded();
-        let left = recorded
-            .iter()
-            .zip(&predicted)
-            .map(|(recorded, predicted)| {
-                let columns = recorded.iter().zip(predicted);
-                let less = |(recorded, predicted): (&Vec<f64>, &Vec<f64>)| {
-                    recorded.iter().zip(predicted).map(|(r, p)| r - p).collect()
-                };
-                columns.map(less).collect()
-            });
+        let pairs = recorded.iter().zip(&predicted);
+        let left = pairs.map(|(recorded, predicted)| difference(recorded, predicted));
         let mut blocks = Self {
             bench,
             left: left.collect(),

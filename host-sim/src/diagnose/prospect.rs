@@ -58,7 +58,7 @@ pub(super) fn hopes<P: Borrow<Fitted> + Sync>(
 /// A model, and what it misses beyond its own parameters.
 pub(super) struct Prospects<'a> {
     pub(super) refit: Refit<'a>,
-    pub(super) missed: Vec<Columns>,
+    missed: Vec<Columns>,
 }
 
 /// What effects change in the predictions of a model beyond its own parameters, a direction for
@@ -115,17 +115,21 @@ impl<'a> Prospects<'a> {
         Directions::new(&self.refit, changes)
     }
 
+    /// What each direction has in common with what is missed.
+    pub(super) fn in_common(&self, directions: &Directions) -> Vec<f64> {
+        let changes = directions.changes.iter();
+        changes
+            .map(|change| self.refit.product(change, &self.missed))
+            .collect()
+    }
+
     /// What a set would leave at the best, by output: mean squares, SI. `None` where it makes
     /// no change.
     fn left_by(&self, set: &[usize], parent: &Fitted) -> Option<Vec<f64>> {
         let directions = self.directions(set, parent)?;
-        let changes = &directions.changes;
-        let in_common = changes
-            .iter()
-            .map(|change| self.refit.product(change, &self.missed));
-        let shares = directions.shares(in_common.collect());
+        let shares = directions.shares(self.in_common(&directions));
         let mut left = self.missed.clone();
-        for (change, share) in changes.iter().zip(&shares) {
+        for (change, share) in directions.changes.iter().zip(&shares) {
             for (left, change) in left.iter_mut().zip(change) {
                 take_away(left, change, *share);
             }

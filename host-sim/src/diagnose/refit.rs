@@ -138,7 +138,7 @@ fn slopes(
 }
 
 /// One less the other; NaN where either is not predicted.
-fn difference(one: &Columns, other: &Columns) -> Columns {
+pub(super) fn difference(one: &Columns, other: &Columns) -> Columns {
     let less = |(one, other): (&f64, &f64)| one - other;
     let columns = one.iter().zip(other);
     columns

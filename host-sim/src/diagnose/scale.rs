@@ -157,21 +157,21 @@ fn behind(wave: &Wave, known: &Known<'_>, chambers: &LawDiagnosis) -> Option<f64
 fn mended(wave: &Wave, recording: &Recording) -> Recording {
     let mut mended = recording.clone();
     if let Some(position_m) = mended.signals.get_mut("x") {
-        for place_m in position_m {
-            *place_m -= wave.at_m(*place_m);
+        for (place_m, off_m) in position_m.iter_mut().zip(off_m(wave, recording)) {
+            *place_m -= off_m;
         }
     }
     mended
 }
 
+/// What the position is off by along a recording, m.
+fn off_m(wave: &Wave, recording: &Recording) -> Vec<f64> {
+    let position_m = recording.signal("x").unwrap_or_default().iter();
+    position_m.map(|&place_m| wave.at_m(place_m)).collect()
+}
+
 fn located(bench: &Bench<'_>, wave: &Wave, share: f64) -> Located {
-    let off_m = |track: &Track<'_>| {
-        let position_m = track.recording.signal("x").unwrap_or_default();
-        position_m
-            .iter()
-            .map(|&place_m| wave.at_m(place_m))
-            .collect()
-    };
+    let off_m = |track: &Track<'_>| off_m(wave, track.recording);
     let columns = bench.tracks.iter().map(off_m).collect();
     let (rig, tracks) = (bench.rig, bench.tracks);
     Located {
