@@ -60,7 +60,7 @@ fn sign(row: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{drawn, noise, search};
+    use super::super::{drawn, search};
     use super::*;
     use crate::rig::Rig;
     use truth_plant::{Kind, Request, Strength};
@@ -85,7 +85,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let mut bench = Bench::new(Law::Chambers, rig, &tracks);
         let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline, &[]);
+        bench.learn_noise(&baseline, &[]);
         share(&bench, &baseline).unwrap()
     }
 }

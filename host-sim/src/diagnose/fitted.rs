@@ -3,13 +3,15 @@
 
 use super::candidates::{Candidate, voids};
 use super::fold_squares::FoldSquares;
-use super::proof;
+use super::known::Doubts;
 use super::search::without;
+use super::{noise, proof};
 use crate::fit::compass::{self, Varied};
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
 use crate::fit::{NoiseVariance, Options, Parameter, Presence, solve};
 use crate::laws::{Law, Track, balance};
+use crate::recording::Recording;
 use crate::rig::Rig;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -29,6 +31,9 @@ pub struct Bench<'a> {
     pub candidates: Vec<Candidate>,
     /// Noise of each output, SI.
     pub noise: Vec<f64>,
+    /// The recordings with one more draw of noise, where each model carries on what its inputs
+    /// have in its own way (see [`Bench::learn_noise`]).
+    shaken: Vec<Recording>,
     /// The groups of rows that cross-validation leaves out in turn.
     pub folds: Folds,
     /// Whether it is of a search, and fits are long: see [`Bench::for_search`].
@@ -60,7 +65,8 @@ pub struct Fitted {
     pub at_bound: Vec<bool>,
     /// Number of shared parameters (they come first).
     pub shared: usize,
-    /// Mean squared residual per output, SI squared.
+    /// Mean squared residual per output, SI squared; of a balance in the bench's noise (see
+    /// [`Bench::learn_noise`]).
     pub mean_square: Vec<f64>,
     /// When its effect is there, if for a part of the time only.
     pub presence: Option<Presence>,
@@ -109,11 +115,57 @@ impl<'a> Bench<'a> {
             tracks,
             ordinary,
             candidates: Vec::new(),
-            noise: super::noise::of_outputs(law, rig, tracks),
+            noise: noise::of_outputs(law, rig, tracks),
+            shaken: Vec::new(),
             folds: Folds::of(&lengths),
             is_long_search: false,
             work: AtomicUsize::new(0),
         }
+    }
+
+    /// Learns the noise of the outputs, that of the inputs included as a model carries it on; with
+    /// what is not understood of these, by recording.
+    ///
+    /// A balance of recorded forces has nothing but noise of its inputs, and a model that scales
+    /// all forces down scales that too: left to itself it leaves less and has explained nothing. (A
+    /// friction of 16 N/bar of the 49 N/bar that drive the piston, with the mass down to two
+    /// thirds, under ten times the pressures' noise.) So what a model leaves of a balance is
+    /// counted in units of the noise that it has itself.
+    pub(super) fn learn_noise(&mut self, model: &Fitted, doubts: &[Doubts]) {
+        self.shaken.clear();
+        let shaken = noise::shaken(self, doubts);
+        self.noise = noise::floor(self, model, &shaken);
+        if self.law == Law::Balance {
+            self.shaken = shaken;
+        }
+    }
+
+    /// Takes noise and candidates from a bench of the same recordings.
+    pub(super) fn learn_from(&mut self, other: &Bench<'_>) {
+        self.candidates.clone_from(&other.candidates);
+        self.noise.clone_from(&other.noise);
+        self.shaken.clone_from(&other.shaken);
+    }
+
+    /// By output, what a model leaves in squares over what that would be with the bench's noise.
+    fn squares_of_own_noise(&self, model: &Fitted) -> Vec<f64> {
+        if self.shaken.is_empty() {
+            return vec![1.0; self.noise.len()];
+        }
+        let own = noise::floor(self, model, &self.shaken).into_iter();
+        own.zip(&self.noise)
+            .map(|(own, noise)| (own / noise).powi(2))
+            .collect()
+    }
+
+    /// Mean squares of what a model leaves, in the bench's noise.
+    fn mean_squares(&self, model: &Fitted, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
+        let scales = self.squares_of_own_noise(model).into_iter();
+        let squares = mean_squares(residuals).into_iter();
+        squares
+            .zip(scales)
+            .map(|(square, scale)| square / scale)
+            .collect()
     }
 
     /// The same for a search, which tells sets apart by tens of per cent: where fits are
@@ -389,19 +441,19 @@ impl<'a> Bench<'a> {
         let fit = solve(&mut problem, &parameters, &options).ok()?;
         self.count_work(fit.iterations, parameters.len());
         let residuals = self.residuals(&problem, &fit.values);
-        let mean_square = mean_squares(&residuals);
         let inflation = correlation_length(&residuals).sqrt();
         let deviation = |sd: &Option<f64>| sd.map(|sd| sd * inflation);
-        let fitted = Fitted {
+        let mut fitted = Fitted {
             set: set.to_vec(),
             names,
             values: fit.values,
             standard_deviations: fit.standard_deviations.iter().map(deviation).collect(),
             at_bound: fit.at_bound,
             shared: shared_count(&free),
-            mean_square,
+            mean_square: Vec::new(),
             presence: problem.presence.cloned(),
         };
+        fitted.mean_square = self.mean_squares(&fitted, &residuals);
         Some((fit.cost, fitted))
     }
 
@@ -632,15 +684,12 @@ impl<'a> Bench<'a> {
 
     /// The same model with other values and what it leaves with them.
     pub(super) fn with_values(&self, model: &Fitted, values: Vec<f64>) -> Fitted {
-        let presence = model.presence.as_ref();
-        let mean_square = self.with_problem(&model.set, self.tracks, presence, |problem| {
-            mean_squares(&self.residuals(problem, &values))
-        });
-        Fitted {
+        let mut other = Fitted {
             values,
-            mean_square,
             ..model.clone()
-        }
+        };
+        other.mean_square = self.mean_squares(&other, &self.residuals_of(&other));
+        other
     }
 
     /// The same model with some of its effects switched off and nothing refitted.
@@ -680,18 +729,21 @@ impl<'a> Bench<'a> {
         let Some(judged) = judged else {
             return vec![FoldSquares::failed(folds.len()); self.noise.len()];
         };
-        self.squares_by_fold(|fold, output, recording| &judged[fold][output][recording])
+        self.squares_by_fold(full, |fold, output, recording| {
+            &judged[fold][output][recording]
+        })
     }
 
     /// Squared residuals of a model per output and fold.
     pub fn by_fold(&self, model: &Fitted) -> Vec<FoldSquares> {
         let residuals = self.residuals_of(model);
-        self.squares_by_fold(|_, output, recording| &residuals[output][recording])
+        self.squares_by_fold(model, |_, output, recording| &residuals[output][recording])
     }
 
-    /// Of residuals by fold, output and recording.
+    /// Of a model's residuals by fold, output and recording.
     fn squares_by_fold<'r>(
         &self,
+        model: &Fitted,
         residuals: impl Fn(usize, usize, usize) -> &'r [f64],
     ) -> Vec<FoldSquares> {
         let (residuals, folds) = (&residuals, &self.folds);
@@ -706,7 +758,10 @@ impl<'a> Bench<'a> {
             let rows = recordings.flat_map(|recording| of_recording(output, recording));
             FoldSquares::of(rows, folds.count)
         };
-        (0..self.noise.len()).map(of_output).collect()
+        let scales = self.squares_of_own_noise(model).into_iter().enumerate();
+        scales
+            .map(|(output, scale)| of_output(output).over(scale))
+            .collect()
     }
 }
 
@@ -719,7 +774,7 @@ fn replaced(values: &[f64], places: &[usize], numbers: &[f64]) -> Vec<f64> {
     values
 }
 
-/// Of residuals by output and recording, the mean square of each output.
+/// Of residuals by output and recording, the mean square of each output, SI squared.
 fn mean_squares(residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let of_output = |columns: &Vec<Vec<f64>>| {
         let rows = columns.iter().flatten();
@@ -828,6 +883,30 @@ mod tests {
             for (left, noise) in left.iter().zip(&bench.noise) {
                 assert!(*left < 1.5 * noise * noise, "{effect}: {left} of {noise}");
             }
+        }
+    }
+
+    /// Under ten times the noise a gauge that was off was a friction of 16 N/bar, with the mass 18
+    /// deviations down: that takes a third off all forces, their noise with them.
+    #[test]
+    fn regress_what_takes_the_forces_down_with_their_noise_explains_nothing() {
+        let (rig, recordings) = drawn::weak_offset_under_noise();
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
+        let with = |effect| {
+            let set = [drawn::tried(&bench, effect, "force-balance")];
+            bench.fit(&set, Some(&baseline)).unwrap()
+        };
+        let [shrunk, shifted] = ["pressure-dependent-friction", "constant-force"].map(with);
+        let in_newtons = |model: &Fitted| mean_squares(&bench.residuals_of(model))[0];
+        assert!(in_newtons(&shrunk) < in_newtons(&shifted));
+        assert!(shrunk.mean_square[0] > 1.3 * shifted.mean_square[0]);
+        let refitted = bench.with_values(&baseline, baseline.values.clone());
+        for (square, known) in refitted.mean_square.iter().zip(&baseline.mean_square) {
+            assert!(
+                (square / known - 1.0).abs() < 1e-9,
+                "its noise is the bench's"
+            );
         }
     }
 

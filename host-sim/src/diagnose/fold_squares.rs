@@ -18,6 +18,13 @@ impl FoldSquares {
         Self { sums, rows }
     }
 
+    /// The same in another unit of squares.
+    #[must_use]
+    pub fn over(mut self, scale: f64) -> Self {
+        self.sums.iter_mut().for_each(|sum| *sum /= scale);
+        self
+    }
+
     /// Of a model that could not be fitted: as bad as can be.
     pub fn failed(folds: usize) -> Self {
         Self {

@@ -146,7 +146,7 @@ fn sized(effect: &Candidate, start: usize, times: f64) -> Vec<(String, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{candidates, drawn, noise, search};
+    use super::super::{candidates, drawn, search};
     use super::*;
     use crate::laws::{Law, Track};
     use crate::recording::Recording;
@@ -187,7 +187,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let mut bench = Bench::new(Law::Balance, &rig, &tracks);
         let model = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &model, &[]);
+        bench.learn_noise(&model, &[]);
         bench.candidates = candidates::candidates(Law::Balance, &rig, &tracks, 1.0);
         let limits = limits(&bench, &model);
         assert_eq!(limits.len(), bench.candidates.len());
@@ -229,7 +229,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let mut bench = Bench::new(bench.law, bench.rig, &tracks).for_search();
         let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline, &[]);
+        bench.learn_noise(&baseline, &[]);
         bench.is_worth_a_search(&baseline)
     }
 }

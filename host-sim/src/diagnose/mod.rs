@@ -531,7 +531,7 @@ fn searched(
     let tracks: Vec<Track<'_>> = thinned.iter().map(Track::new).collect();
     let mut bench = Bench::new(full.law, full.rig, &tracks).for_search();
     let baseline = search::baseline(&bench)?;
-    bench.noise = noise::floor(&bench, &baseline, &known.doubts);
+    bench.learn_noise(&baseline, &known.doubts);
     let misfit = baseline.mean_square[0].sqrt();
     bench.candidates = candidates(bench.law, bench.rig, &tracks, misfit);
     let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
@@ -546,8 +546,7 @@ fn searched(
         limits = limits::limits(&bench, &baseline);
     }
     progress("final fits");
-    full.candidates.clone_from(&bench.candidates);
-    full.noise.clone_from(&bench.noise);
+    full.learn_from(&bench);
     if stride > 1 || bench.is_coarse() {
         (outcome.baseline, outcome.improved) = polished(full, &outcome)?;
     }
@@ -652,7 +651,7 @@ fn shown(searched: &Bench<'_>, law: Law, baseline: &Fitted) -> Shown {
     let model = bench.restricted(baseline, &[]);
     Shown {
         residuals: bench.residuals_of(&model),
-        noise: noise::floor(&bench, &model, &[]),
+        noise: noise::floor(&bench, &model, &noise::shaken(&bench, &[])),
     }
 }
 

@@ -53,15 +53,18 @@ pub(super) fn declared(rig: &Rig, signal: &str) -> Option<f64> {
     signal.noise.map(|noise| noise.hypot(step))
 }
 
-/// The noise floor of each output, inputs included; with what is not understood of these, by
-/// recording, where something is.
-pub(super) fn floor(bench: &Bench<'_>, model: &Fitted, doubts: &[Doubts]) -> Vec<f64> {
-    let shaken: Vec<Recording> = bench
-        .tracks
-        .iter()
-        .enumerate()
-        .map(|(number, track)| shaken(bench.rig, track.recording, number, doubts.get(number)))
-        .collect();
+/// The recordings with one more draw of the noise that their signals have; where something is
+/// not understood of these, with that, by recording.
+pub(super) fn shaken(bench: &Bench<'_>, doubts: &[Doubts]) -> Vec<Recording> {
+    let tracks = bench.tracks.iter().enumerate();
+    tracks
+        .map(|(number, track)| with_a_draw(bench.rig, track.recording, number, doubts.get(number)))
+        .collect()
+}
+
+/// The noise floor of each output, that of the inputs included as a model carries it on: what it
+/// predicts of the recordings as they are and as they would be with [one more draw](shaken).
+pub(super) fn floor(bench: &Bench<'_>, model: &Fitted, shaken: &[Recording]) -> Vec<f64> {
     let tracks: Vec<Track<'_>> = shaken.iter().map(Track::new).collect();
     let still = bench.predicted_on(model, bench.tracks);
     let moved = bench.predicted_on(model, &tracks);
@@ -101,7 +104,12 @@ fn squared_changes(still: &[f64], moved: &[f64], reach: usize) -> impl Iterator<
 
 /// The recording with one more draw of every signal's declared noise; where a law that is
 /// understood otherwise leaves more, with that, in which the recorded draw is.
-fn shaken(rig: &Rig, recording: &Recording, stream: usize, doubts: Option<&Doubts>) -> Recording {
+fn with_a_draw(
+    rig: &Rig,
+    recording: &Recording,
+    stream: usize,
+    doubts: Option<&Doubts>,
+) -> Recording {
     let mut shaken = recording.clone();
     for (place, (name, column)) in shaken.signals.iter_mut().enumerate() {
         let Some(noise) = declared(rig, name) else {

@@ -322,7 +322,7 @@ fn above_noise(bench: &Bench<'_>, judged: &[FoldSquares]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::{drawn, noise, search};
+    use crate::diagnose::{drawn, search};
     use crate::rig::Rig;
     use truth_plant::{Kind, Request, Strength};
 
@@ -330,7 +330,7 @@ mod tests {
     fn refitted<'a>(law: Law, rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>, Fitted) {
         let mut bench = Bench::new(law, rig, tracks);
         let baseline = search::baseline(&bench).unwrap();
-        bench.noise = noise::floor(&bench, &baseline, &[]);
+        bench.learn_noise(&baseline, &[]);
         (bench, baseline)
     }
 
