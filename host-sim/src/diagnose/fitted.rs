@@ -893,14 +893,25 @@ mod tests {
         let (rig, recordings) = drawn::weak_offset_under_noise();
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
-        let with = |effect| {
-            let set = [drawn::tried(&bench, effect, "force-balance")];
-            bench.fit(&set, Some(&baseline)).unwrap()
+        let set = [drawn::tried(
+            &bench,
+            "pressure-dependent-friction",
+            "force-balance",
+        )];
+        let begun = bench.begun(&set, &baseline, 0);
+        let area_m2 = rig.value("cylinder.area_a_m2").unwrap();
+        let smaller = |(name, &value): (&String, &f64)| match name.as_str() {
+            "friction.stribeck_velocity_m_s" => value,
+            name if name.ends_with("per_pressure_difference_N_Pa") => area_m2 / 3.0,
+            name if name.starts_with("effects.") => 0.0,
+            _ => value * 2.0 / 3.0,
         };
-        let [shrunk, shifted] = ["pressure-dependent-friction", "constant-force"].map(with);
+        let values = begun.names.iter().zip(&begun.values).map(smaller).collect();
+        let smaller = bench.with_values(&begun, values);
         let in_newtons = |model: &Fitted| mean_squares(&bench.residuals_of(model))[0];
-        assert!(in_newtons(&shrunk) < in_newtons(&shifted));
-        assert!(shrunk.mean_square[0] > 1.3 * shifted.mean_square[0]);
+        // By two thirds squared; 0.46 and 0.90.
+        assert!(in_newtons(&smaller) < 0.6 * in_newtons(&baseline));
+        assert!(smaller.mean_square[0] > 0.8 * baseline.mean_square[0]);
         let refitted = bench.with_values(&baseline, baseline.values.clone());
         for (square, known) in refitted.mean_square.iter().zip(&baseline.mean_square) {
             assert!(
