@@ -13,6 +13,7 @@
 //!    time, and the models are compared on them ([`proof`]);
 //! 6. the verdict is written ([`verdict`]).
 
+mod alone;
 mod between_rows;
 pub mod candidates;
 pub mod fitted;
@@ -51,6 +52,8 @@ pub mod words;
 mod assemble;
 #[cfg(test)]
 mod drawn;
+
+pub use alone::Alone;
 
 use crate::inspect::{self, Fault, Inspection};
 use crate::laws::{Law, Output, Track, balance};
@@ -557,7 +560,7 @@ fn searched(
         Doubt::Disguise => outcome.decline_all(),
     }
     Some(Searched {
-        alone: against_chance(full, &mut outcome),
+        alone: alone::against_chance(full, &mut outcome),
         screened,
         limits,
         seconds: bench.seconds(),
@@ -685,89 +688,6 @@ fn runs(law: Law, rig: &Rig, tracks: &[Track<'_>], frozen: &[Frozen]) -> Vec<Vec
     let own = candidates(law, rig, tracks, 1.0);
     let run = |model: &Frozen| model.run(&bench, &own);
     frozen.par_iter().map(run).collect()
-}
-
-/// An effect beside the model without it, in which all else is refitted.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Alone {
-    /// How much of it the refit hides: one less the energy that is left of it over the energy
-    /// that it has.
-    pub masked: f64,
-    /// How probable it is that chance lets any effect explain as much; none where it was not
-    /// asked.
-    pub by_chance: Option<f64>,
-}
-
-impl Alone {
-    fn new(bench: &Bench<'_>, outcome: &Outcome, candidate: usize) -> Option<Self> {
-        let improved = &outcome.improved;
-        let without = if improved.set.len() == 1 {
-            outcome.baseline.clone()
-        } else {
-            bench.without(improved, candidate)?
-        };
-        // Moments chosen to suit an effect, and a number far off in whose place one is, are
-        // judged by other rules.
-        let is_asked =
-            |one: &Evidence| one.candidate == candidate && one.accepted && !one.is_of_strayed;
-        let is_asked = improved.presence.is_none() && outcome.evidence.iter().any(is_asked);
-        Some(Self {
-            masked: masked_share(bench, improved, candidate, &without)?,
-            by_chance: is_asked.then(|| null::by_chance(bench, &without, improved)),
-        })
-    }
-}
-
-/// Each effect against the model without it; those that chance does as well are taken out.
-fn against_chance(bench: &Bench<'_>, outcome: &mut Outcome) -> BTreeMap<usize, Alone> {
-    loop {
-        let effects = outcome.improved.set.iter();
-        let alone: BTreeMap<usize, Alone> = effects
-            .filter_map(|&effect| Some((effect, Alone::new(bench, outcome, effect)?)))
-            .collect();
-        let by_chance = alone
-            .iter()
-            .filter_map(|(&effect, alone)| Some((effect, alone.by_chance?)))
-            .filter(|(_, by_chance)| *by_chance > null::CHANCE)
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((effect, _)) = by_chance else {
-            return alone;
-        };
-        let Some(without) = bench.without(&outcome.improved, effect) else {
-            return alone;
-        };
-        outcome.leave_to_chance(effect, without);
-    }
-}
-
-fn masked_share(
-    bench: &Bench<'_>,
-    improved: &Fitted,
-    candidate: usize,
-    without: &Fitted,
-) -> Option<f64> {
-    let switched_off = bench.restricted(improved, &search::without(&improved.set, candidate));
-    let with = bench.residuals_of(improved);
-    let energy = |other: &Fitted| -> f64 {
-        bench
-            .residuals_of(other)
-            .iter()
-            .zip(&with)
-            .zip(bench.spread())
-            .map(|((a, b), spread)| difference_energy(a, b) / spread.powi(2))
-            .sum()
-    };
-    let raw = energy(&switched_off);
-    (raw > 0.0).then(|| (1.0 - energy(without) / raw).clamp(0.0, 1.0))
-}
-
-fn difference_energy(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    a.iter()
-        .flatten()
-        .zip(b.iter().flatten())
-        .map(|(a, b)| (a - b).powi(2))
-        .filter(|square| square.is_finite())
-        .sum()
 }
 
 #[cfg(test)]
