@@ -469,11 +469,7 @@ mod tests {
         let (rig, recordings) = drawn::of_kind(Kind::Single, 5, Strength::Weak, "spool-dynamics");
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let (bench, baseline) = drawn::searched(Law::Chambers, &rig, &tracks);
-        let of = |effect: &str| {
-            let is_it =
-                |candidate: &crate::diagnose::candidates::Candidate| candidate.effect == effect;
-            bench.candidates.iter().position(is_it).unwrap()
-        };
+        let of = |effect: &str| drawn::tried(&bench, effect, "valve-command");
         let (delay, spool) = (of("valve-delay"), of("spool-dynamics"));
         let mut judge = Judge::new(&bench, &baseline);
         let wrong = bench
