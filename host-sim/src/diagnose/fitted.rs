@@ -66,7 +66,7 @@ pub struct Fitted {
     /// Number of shared parameters (they come first).
     pub shared: usize,
     /// Mean squared residual per output, SI squared; of a balance in the bench's noise (see
-    /// [`Bench::learn_noise`]).
+    /// `Bench::learn_noise`).
     pub mean_square: Vec<f64>,
     /// When its effect is there, if for a part of the time only.
     pub presence: Option<Presence>,
