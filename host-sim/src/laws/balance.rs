@@ -154,19 +154,23 @@ pub(super) fn break_away_forces_n(rig: &Rig, track: &Track<'_>) -> Vec<f64> {
         .collect()
 }
 
-/// Within how much of its place the carriage of a rig stands, m: whatever is fitted, the same
-/// moments are looked at.
-fn declared_standing_m(rig: &Rig) -> f64 {
+/// Within how much of its place the carriage of a rig stands in a recording, m: whatever is
+/// fitted, the same moments are looked at.
+fn declared_standing_m(rig: &Rig, position_m: &[f64]) -> f64 {
     let held_n = rig.value("friction.static_N");
     let stiffness_n_per_m = rig.value("friction.bristle_stiffness_N_m");
     let deflection_m = held_n.zip(stiffness_n_per_m).map(|(held, by)| held / by);
-    standing_m(deflection_m.unwrap_or(0.0))
+    standing_m(deflection_m.unwrap_or(0.0), position_m)
 }
 
 /// When the carriage leaves its place.
 fn events(rig: &Rig, track: &Track<'_>) -> Vec<Breakaway> {
     let position = track.signal("x").unwrap_or_default();
-    breakaways(&track.recording.time_s, position, declared_standing_m(rig))
+    breakaways(
+        &track.recording.time_s,
+        position,
+        declared_standing_m(rig, position),
+    )
 }
 
 /// The row before which the carriage leaves its place, and how long it has stood there, s, for
@@ -258,7 +262,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         driving.push(gas_n - held_n - outer);
         force.push(gas_n - load_n - outer - friction - viscous);
     }
-    let standing_m = declared_standing_m(values.rig);
+    let standing_m = declared_standing_m(values.rig, position);
     let recorded = Recorded::new(time, position, &gas, &driving, standing_m);
     for (event, levels) in breaks {
         let stand = Stand {

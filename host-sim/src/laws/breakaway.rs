@@ -87,16 +87,17 @@ impl Breakaway {
 }
 
 /// Within how much of its place a carriage stands, m, whose bristle gives way by so much under
-/// its static friction.
-pub(super) fn standing_m(deflection_m: f64) -> f64 {
+/// its static friction, as its recorded position shows it.
+pub(super) fn standing_m(deflection_m: f64, position_m: &[f64]) -> f64 {
     let most_m = STANDING_OF_FIRST_WAY * FIRST_WAY_M;
-    STANDING_M.max((STANDING_DEFLECTIONS * deflection_m).min(most_m))
+    STANDING_M
+        .max((STANDING_DEFLECTIONS * deflection_m).min(most_m))
+        .max(STANDING_DEVIATIONS * white_noise(position_m))
 }
 
 /// The break-aways of a recorded position.
 pub(super) fn breakaways(time_s: &[f64], position_m: &[f64], standing_m: f64) -> Vec<Breakaway> {
     let mut events = Vec::new();
-    let stays_m = standing_m.max(STANDING_DEVIATIONS * white_noise(position_m));
     let Some(&first) = position_m.first() else {
         return events;
     };
@@ -106,7 +107,7 @@ pub(super) fn breakaways(time_s: &[f64], position_m: &[f64], standing_m: f64) ->
     let (mut place_before, mut was_told) = (f64::INFINITY, false);
     for (row, &position) in position_m.iter().enumerate() {
         let away = position - place;
-        if away.abs() <= stays_m {
+        if away.abs() <= standing_m {
             rows += 1.0;
             place += away / rows;
             continue;
@@ -539,9 +540,9 @@ mod tests {
     #[test]
     fn regress_a_bristle_that_gives_way_far_leaves_all_the_same() {
         // 50 N at 1 N/um.
-        let standing_m = standing_m(5e-5);
         for gives_way_m in [0.0, 5e-5, 1.5e-4] {
             let (times, positions) = leaves(gives_way_m);
+            let standing_m = standing_m(5e-5, &positions);
             let events = breakaways(&times, &positions, standing_m);
             assert_eq!(events.len(), 1, "{gives_way_m}: {events:?}");
             assert!((events[0].rest_s - 1.5).abs() < 0.02, "{events:?}");

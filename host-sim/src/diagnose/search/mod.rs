@@ -152,6 +152,7 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     progress("judging each effect by data left out of the fit");
     let (improved, kept) = eliminate(&mut judge, start);
     let (improved, kept) = settle(&mut judge, improved, kept, progress);
+    let (improved, kept) = overtaken(&mut judge, improved, kept, progress);
     let mut evidence = kept;
     let mut declined = declined_evidence(&mut judge, &improved);
     declined.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -306,6 +307,30 @@ fn exchange(
         }
     }
     (model, evidence)
+}
+
+/// Where much is left, the right effect may have been ranked too low to be fitted to its end: it
+/// is looked for among all of them, and grown from as the first ones were.
+fn overtaken(
+    judge: &mut Judge<'_>,
+    model: Fitted,
+    evidence: Vec<Evidence>,
+    progress: &dyn Fn(&str),
+) -> (Fitted, Vec<Evidence>) {
+    if judge.is_explained(&model) {
+        return (model, evidence);
+    }
+    progress("the effects that were ranked too low to be fitted to their end");
+    let Some(single) = judge.overtaking() else {
+        return (model, evidence);
+    };
+    let (single, kept) = eliminate(judge, single);
+    let (other, kept) = settle(judge, single, kept, progress);
+    if judge.leads(&other, &model) {
+        (other, kept)
+    } else {
+        (model, evidence)
+    }
 }
 
 /// What each effect that was not accepted would add to the accepted ones.

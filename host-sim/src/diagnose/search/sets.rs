@@ -91,6 +91,29 @@ impl Judge<'_> {
         promised
     }
 
+    /// The best of the single effects that were ranked only, fitted to their end now, if it leaves
+    /// less than each of those that were.
+    pub(super) fn overtaking(&mut self) -> Option<Fitted> {
+        let candidates = &self.bench.candidates;
+        let effect = |index: &usize| candidates[*index].effect;
+        let is_single = |one: &Fitted| {
+            one.set
+                .iter()
+                .all(|index| effect(index) == effect(&one.set[0]))
+        };
+        let (rest, ranked) = self.ranked.drain(..).partition(is_single);
+        self.ranked = ranked;
+        let known = self.fitted.iter().filter(|one| is_single(one)).cloned();
+        let known = self.best(known.collect());
+        let finish = |one: &Fitted| self.finished(one);
+        let finished: Vec<Fitted> = rest.par_iter().filter_map(finish).collect();
+        self.fits += finished.len();
+        self.fitted.extend(finished.iter().cloned());
+        let best = self.best(finished).into_iter().next()?;
+        let leads = |known: &Fitted| self.leads(&best, known);
+        known.first().is_none_or(leads).then_some(best)
+    }
+
     /// Every parent with every candidate that it does not have. On long
     /// recordings they are ranked first, and the best ones fitted to the end.
     pub(super) fn fit_children(&mut self, parents: &[Fitted]) -> Vec<Fitted> {
