@@ -17,7 +17,7 @@
 //! residual per event.
 
 pub use super::breakaway::{BREAKAWAY_NOISE_N, KNOWN_TO_N};
-use super::breakaway::{Breakaway, Recorded, Stand, breakaways, standing_m};
+use super::breakaway::{Breakaway, PositionReading, Recorded, Stand, breakaways};
 use super::carriage_history::slope;
 use super::force::outer_n;
 use super::pressure_reading::PressureReading;
@@ -154,23 +154,23 @@ pub(super) fn break_away_forces_n(rig: &Rig, track: &Track<'_>) -> Vec<f64> {
         .collect()
 }
 
-/// Within how much of its place the carriage of a rig stands in a recording, m: whatever is
-/// fitted, the same moments are looked at.
-fn declared_standing_m(rig: &Rig, position_m: &[f64]) -> f64 {
+/// Where the carriage is, as its break-aways are read off it: whatever is fitted, the same
+/// moments are looked at.
+fn position_reading(rig: &Rig, track: &Track<'_>) -> PositionReading {
     let held_n = rig.value("friction.static_N");
     let stiffness_n_per_m = rig.value("friction.bristle_stiffness_N_m");
     let deflection_m = held_n.zip(stiffness_n_per_m).map(|(held, by)| held / by);
-    standing_m(deflection_m.unwrap_or(0.0), position_m)
+    let position_m = track.signal("x").unwrap_or_default();
+    PositionReading::new(
+        &track.recording.time_s,
+        position_m,
+        deflection_m.unwrap_or(0.0),
+    )
 }
 
 /// When the carriage leaves its place.
 fn events(rig: &Rig, track: &Track<'_>) -> Vec<Breakaway> {
-    let position = track.signal("x").unwrap_or_default();
-    breakaways(
-        &track.recording.time_s,
-        position,
-        declared_standing_m(rig, position),
-    )
+    breakaways(&track.recording.time_s, &position_reading(rig, track))
 }
 
 /// The row before which the carriage leaves its place, and how long it has stood there, s, for
@@ -206,7 +206,8 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
             position > low.value() + AT_THE_END_M && position < high.value() - AT_THE_END_M
         })
     };
-    let events = events(values.rig, track).into_iter();
+    let reading = position_reading(values.rig, track);
+    let events = breakaways(time, &reading).into_iter();
     let events = events.filter(|event| is_free(position[event.row]));
     let mut events = events.peekable();
     let mut breaks: Vec<(Breakaway, FrictionLevels<R>)> = Vec::new();
@@ -262,8 +263,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         driving.push(gas_n - held_n - outer);
         force.push(gas_n - load_n - outer - friction - viscous);
     }
-    let standing_m = declared_standing_m(values.rig, position);
-    let recorded = Recorded::new(time, position, &gas, &driving, standing_m);
+    let recorded = Recorded::new(time, &reading, &gas, &driving);
     for (event, levels) in breaks {
         let stand = Stand {
             carriage: &carriage,

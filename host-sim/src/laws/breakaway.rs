@@ -14,7 +14,7 @@
 //! millimetre: a bristle gives way little by little, and a seal that has aged forgets on the
 //! way, so that neither leaves at its static level.
 
-use super::white_noise;
+use super::{median_step_s, white_noise};
 use model_core::carriage::Carriage;
 use model_core::friction::FrictionLevels;
 use model_core::left_out::DwellStiction;
@@ -29,8 +29,12 @@ const STANDING_M: f64 = 1e-4;
 const STANDING_DEFLECTIONS: f64 = 3.0;
 /// ... (that not more than this part of the first way) ...
 const STANDING_OF_FIRST_WAY: f64 = 0.3;
-/// ... or within this many deviations of its sensor's noise ...
+/// ... or within this many deviations of the noise with which its position is read ...
 const STANDING_DEVIATIONS: f64 = 5.0;
+/// ... which is averaged down to this, m: that much of the first way does not shift an instant ...
+const POSITION_KNOWN_TO_M: f64 = 1e-5;
+/// ... over no more than this on either side, s: at 5 m/s2 it makes an instant 1 ms early ...
+const MOST_POSITION_REACH_S: f64 = 8e-3;
 /// ... for at least this long, s.
 const LEAST_REST_S: f64 = 0.03;
 /// The first way after break-away, m: from its parabola over time the instant
@@ -86,17 +90,45 @@ impl Breakaway {
     }
 }
 
+/// Where a carriage is, as its break-aways are read off it.
+pub(super) struct PositionReading {
+    /// With the noise averaged down, m.
+    position_m: Vec<f64>,
+    /// Within how much of its place the carriage stands, m.
+    standing_m: f64,
+}
+
+impl PositionReading {
+    /// Of a recorded position. A bristle gives way by so much under the static friction.
+    pub fn new(time_s: &[f64], position_m: &[f64], deflection_m: f64) -> Self {
+        let noise_m = white_noise(position_m);
+        let most = MOST_POSITION_REACH_S / median_step_s(time_s);
+        let rows = (noise_m / POSITION_KNOWN_TO_M).powi(2);
+        let reach = ((rows - 1.0) / 2.0).ceil().clamp(0.0, most.floor()) as usize;
+        let averaged = |row: usize| mean(&position_m[around(row, reach, position_m.len())]);
+        let noise_m = noise_m / ((2 * reach + 1) as f64).sqrt();
+        Self {
+            position_m: (0..position_m.len()).map(averaged).collect(),
+            standing_m: standing_m(deflection_m).max(STANDING_DEVIATIONS * noise_m),
+        }
+    }
+}
+
 /// Within how much of its place a carriage stands, m, whose bristle gives way by so much under
-/// its static friction, as its recorded position shows it.
-pub(super) fn standing_m(deflection_m: f64, position_m: &[f64]) -> f64 {
+/// its static friction.
+fn standing_m(deflection_m: f64) -> f64 {
     let most_m = STANDING_OF_FIRST_WAY * FIRST_WAY_M;
-    STANDING_M
-        .max((STANDING_DEFLECTIONS * deflection_m).min(most_m))
-        .max(STANDING_DEVIATIONS * white_noise(position_m))
+    STANDING_M.max((STANDING_DEFLECTIONS * deflection_m).min(most_m))
+}
+
+/// The rows within reach of one.
+fn around(row: usize, reach: usize, rows: usize) -> Range<usize> {
+    row.saturating_sub(reach)..(row + reach + 1).min(rows)
 }
 
 /// The break-aways of a recorded position.
-pub(super) fn breakaways(time_s: &[f64], position_m: &[f64], standing_m: f64) -> Vec<Breakaway> {
+pub(super) fn breakaways(time_s: &[f64], reading: &PositionReading) -> Vec<Breakaway> {
+    let (position_m, standing_m) = (&reading.position_m, reading.standing_m);
     let mut events = Vec::new();
     let Some(&first) = position_m.first() else {
         return events;
@@ -203,15 +235,13 @@ fn instant_of_way<R: Real>(way_m: &[R], standing_m: f64) -> Option<R> {
 /// What was recorded of a carriage.
 pub(super) struct Recorded<'a, R> {
     time_s: &'a [f64],
-    position_m: &'a [f64],
+    position: &'a PositionReading,
     /// Force of the gas alone, N. Which events tell something is read off it: read off what a
     /// model drives the carriage with, a model could make those events silent that it misses.
     gas_n: &'a [f64],
     /// Force of the gas less that of a load behind its spring and all else that is no
     /// friction, N.
     driving_n: &'a [R],
-    /// Within how much of its place the carriage stands, m.
-    standing_m: f64,
     /// Rows on either side over which a force is averaged.
     reach: usize,
     /// Noise of such an average, N.
@@ -222,10 +252,9 @@ impl<'a, R: Real> Recorded<'a, R> {
     /// Of columns of one length.
     pub fn new(
         time_s: &'a [f64],
-        position_m: &'a [f64],
+        position: &'a PositionReading,
         gas_n: &'a [f64],
         driving_n: &'a [R],
-        standing_m: f64,
     ) -> Self {
         let row_noise_n = white_noise(gas_n);
         let rows = (row_noise_n / KNOWN_TO_N).powi(2);
@@ -233,10 +262,9 @@ impl<'a, R: Real> Recorded<'a, R> {
         let reach = ((rows / 2.0).ceil() as usize).clamp(least, most);
         Self {
             time_s,
-            position_m,
+            position,
             gas_n,
             driving_n,
-            standing_m,
             reach,
             noise_n: row_noise_n / ((2 * reach + 1) as f64).sqrt(),
         }
@@ -244,7 +272,7 @@ impl<'a, R: Real> Recorded<'a, R> {
 
     /// The rows that are averaged around one.
     fn around(&self, row: usize) -> Range<usize> {
-        row.saturating_sub(self.reach)..(row + self.reach + 1).min(self.time_s.len())
+        around(row, self.reach, self.time_s.len())
     }
 }
 
@@ -263,16 +291,18 @@ impl<R: Real> Push<R> {
     /// From a while before an event to where the carriage has gone its first way.
     fn of(event: &Breakaway, recorded: &Recorded<'_, R>, air_spring_n_per_m: R) -> Option<Self> {
         let time_s = recorded.time_s;
+        let (position_m, standing_m) =
+            (&recorded.position.position_m, recorded.position.standing_m);
         let from_s = event.at_s - event.history_s();
         let first = time_s
             .partition_point(|&time| time < from_s)
             .max(recorded.reach);
-        let place_m = mean(&recorded.position_m[recorded.around(first)]);
-        let way = |row: usize| event.direction * (recorded.position_m[row] - place_m);
+        let place_m = mean(&position_m[recorded.around(first)]);
+        let way = |row: usize| event.direction * (position_m[row] - place_m);
         let last = (event.row..time_s.len()).find(|&row| way(row) > FIRST_WAY_M)?;
-        let begun = (event.row..last).find(|&row| way(row) > recorded.standing_m)?;
-        let left = (&time_s[begun..last], &recorded.position_m[begun..last]);
-        let left_s = instant(left, place_m, recorded.standing_m)?;
+        let begun = (event.row..last).find(|&row| way(row) > standing_m)?;
+        let left = (&time_s[begun..last], &position_m[begun..last]);
+        let left_s = instant(left, place_m, standing_m)?;
         let expanded_m = |rows: Range<usize>| {
             let ways: Vec<f64> = rows.map(|row| way(row).max(0.0)).collect();
             mean(&ways)
@@ -287,24 +317,24 @@ impl<R: Real> Push<R> {
             force
         };
         let force_n: Vec<R> = (first..=last).map(unmoved).collect();
-        let before = event
-            .row
-            .checked_sub(2 * recorded.reach)
-            .filter(|&row| row >= first)?;
-        let gas_n = |row: usize| {
-            let rows = recorded.around(row);
+        let gas_n = |row: usize, reach: usize| {
+            let rows = around(row, reach, time_s.len());
             let unmoved = air_spring_n_per_m.value() * expanded_m(rows.clone());
             unmoved + event.direction * mean(&recorded.gas_n[rows])
         };
-        let level_n = gas_n(event.row);
+        let level_n = gas_n(event.row, recorded.reach);
         // A force that is taken away again before the first way is done has moved a carriage
         // that crept: one that is held a little more firmly would not have left at all.
         let least_n = BREAKAWAY_NOISE_N.hypot(SURELY * recorded.noise_n);
-        let is_taken_away = |row: usize| gas_n(row) < level_n - least_n;
+        let is_taken_away = |row: usize| gas_n(row, recorded.reach) < level_n - least_n;
         if (event.row..=last).any(is_taken_away) {
             return None;
         }
-        let rise_n = level_n - gas_n(before);
+        // Over as few rows whatever the noise: a hard stroke would else seem a slow one.
+        let (reach, _) = FORCE_REACH;
+        let before = event.row.checked_sub(2 * reach);
+        let before = before.filter(|&row| row >= first)?;
+        let rise_n = gas_n(event.row, reach) - gas_n(before, reach);
         Some(Self {
             left_s: left_s - time_s[first],
             rate_n_per_s: rise_n / (time_s[event.row] - time_s[before]),
@@ -353,7 +383,7 @@ impl<R: Real> Stand<'_, R> {
         if scale * WORST_EVENT <= 1.0 {
             return None;
         }
-        let leaves_at_n = self.leaves_at_n(event, &push, recorded.standing_m);
+        let leaves_at_n = self.leaves_at_n(event, &push, recorded.position.standing_m);
         let apart_n = push.at(R::from_f64(push.left_s)) - leaves_at_n;
         Some(limited(apart_n * R::from_f64(scale)))
     }
@@ -542,8 +572,8 @@ mod tests {
         // 50 N at 1 N/um.
         for gives_way_m in [0.0, 5e-5, 1.5e-4] {
             let (times, positions) = leaves(gives_way_m);
-            let standing_m = standing_m(5e-5, &positions);
-            let events = breakaways(&times, &positions, standing_m);
+            let reading = PositionReading::new(&times, &positions, 5e-5);
+            let events = breakaways(&times, &reading);
             assert_eq!(events.len(), 1, "{gives_way_m}: {events:?}");
             assert!((events[0].rest_s - 1.5).abs() < 0.02, "{events:?}");
         }
@@ -555,6 +585,7 @@ mod tests {
         let times: Vec<f64> = (0..400).map(|row| f64::from(row) / ROWS_PER_S).collect();
         let place = |&time: &f64| 20.0 * (time - 0.2).powi(3) + 2e-3 * (time - 0.2);
         let positions: Vec<f64> = times.iter().map(place).collect();
-        assert_eq!(breakaways(&times, &positions, STANDING_M), []);
+        let reading = PositionReading::new(&times, &positions, 0.0);
+        assert_eq!(breakaways(&times, &reading), []);
     }
 }
