@@ -500,6 +500,17 @@ impl<R: Real> Values<'_, R> {
         }
     }
 
+    /// The same without derivatives.
+    pub fn still_carriage(&self) -> Carriage<f64> {
+        let replaced: Vec<f64> = self.replaced.iter().map(|number| number.value()).collect();
+        let values = Values::<f64> {
+            rig: self.rig,
+            keys: self.keys,
+            replaced: &replaced,
+        };
+        values.carriage()
+    }
+
     /// What the carriage's own motion leaves out.
     pub fn carriage_effects(&self) -> CarriageEffects<R> {
         CarriageEffects {

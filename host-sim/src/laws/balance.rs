@@ -264,6 +264,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
         force.push(gas_n - load_n - outer - friction - viscous);
     }
     let recorded = Recorded::new(time, &reading, &gas, &driving);
+    let still = values.still_carriage();
     for (event, levels) in breaks {
         let stand = Stand {
             carriage: &carriage,
@@ -271,7 +272,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
             levels,
             air_spring_n_per_m: air_spring_n_per_m(values, &pressures, position, event.row),
         };
-        if let Some(residual) = stand.residual(&event, &recorded) {
+        if let Some(residual) = stand.residual(&stand.still(&still), &event, &recorded) {
             let outputs = [skipped(), skipped(), or_infinite(residual)];
             sink.row(event.row, &outputs, &[]);
         }
