@@ -13,7 +13,7 @@ pub const KNOWN_TO_N: f64 = 0.4;
 /// Less than this is not looked into, N: twice what is known. A contact whose form is not quite
 /// the model's (elasto-plastic, Maxwell slip) left 1.1 to 2.5 N on four carriages.
 pub const BREAKAWAY_NOISE_N: f64 = 0.8;
-/// How well that instant is found, s.
+/// How well the instant at which a carriage leaves is found, s.
 const INSTANT_NOISE_S: f64 = 1e-3;
 /// A break-away that is off by more than this says no more than that, N: it may
 /// have been none.
