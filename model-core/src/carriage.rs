@@ -101,6 +101,23 @@ impl<R: Real> Carriage<R> {
         state.position_m.add(dt_s * out.velocity_m_per_s);
     }
 
+    /// The same with a seal that holds as one that has just come to rest. It ages all the
+    /// same.
+    #[inline]
+    pub fn step_unaged(
+        &self,
+        state: &mut CarriageState<R>,
+        levels: &FrictionLevels<R>,
+        drive_n: R,
+        dt_s: R,
+    ) {
+        let age = core::mem::replace(&mut state.contact_age, R::ZERO);
+        self.step(state, levels, drive_n, dt_s);
+        if let Some(effects) = &self.effects {
+            state.contact_age = effects.contact_age(age, state.velocity_m_per_s, dt_s);
+        }
+    }
+
     /// The levels at this state: those given, changed by the carriage's effects.
     #[inline]
     pub fn levels(&self, state: &CarriageState<R>, levels: FrictionLevels<R>) -> FrictionLevels<R> {
@@ -164,7 +181,7 @@ impl<R: Real> Carriage<R> {
             None => solve(Reaction::NONE),
             Some(load) => load.step(&mut state.load, velocity, dt_s, solve),
         };
-        state.contact_age = effects.contact_age(&before, out.velocity_m_per_s, dt_s);
+        state.contact_age = effects.contact_age(before.contact_age, out.velocity_m_per_s, dt_s);
         out
     }
 }

@@ -17,7 +17,10 @@
 //!
 //! Gas temperatures have no sensor: they follow the energy balance with the
 //! observed pressures, and decay to the wall's. The disturbance is held while
-//! the load stands: behind stiction no force can be seen.
+//! the load stands: behind stiction no force can be seen. A carriage that is to leave and
+//! does not is learned from only where the model's leaves, so that one's seal does not age:
+//! what a seal has grown by is fed forward, and were it in the observer too, the load would
+//! be left behind until the feedback had grown as much.
 
 use crate::axis::{Axis, CommandState, PneumaticState, ValveDrive};
 use crate::carriage::CarriageState;
@@ -262,7 +265,7 @@ impl<R: Real> Observer<R> {
         let drive_n = axis.carriage.drive_n(a, b) - axis.friction_terms.constant_force_n
             + state.disturbance_n;
         axis.carriage
-            .step(&mut state.carriage, &levels, drive_n, axis.dt_s);
+            .step_unaged(&mut state.carriage, &levels, drive_n, axis.dt_s);
         let drive = ValveDrive {
             areas: axis
                 .valve

@@ -93,7 +93,7 @@ fn follow<R: Real>(
     dt_s: R,
 ) -> R {
     if let Some(effects) = &carriage.effects {
-        state.contact_age = effects.contact_age(state, velocity_m_per_s, dt_s);
+        state.contact_age = effects.contact_age(state.contact_age, velocity_m_per_s, dt_s);
     }
     let before = state.velocity_m_per_s;
     load.map_or(R::ZERO, |load| {

@@ -71,8 +71,7 @@ impl<R: Real> CarriageEffects<R> {
 
     /// The age of the seal's contact after a step that ends at a velocity.
     #[inline]
-    pub fn contact_age(&self, state: &CarriageState<R>, velocity_m_per_s: R, dt_s: R) -> R {
-        self.dwell_stiction
-            .step(state.contact_age, velocity_m_per_s, dt_s)
+    pub fn contact_age(&self, age: R, velocity_m_per_s: R, dt_s: R) -> R {
+        self.dwell_stiction.step(age, velocity_m_per_s, dt_s)
     }
 }
