@@ -13,7 +13,8 @@
 //! Two things are learned beside the state, because a nameplate does not give
 //! them well enough: where the valve's edges lie (10 mV are 20 kPa), from the
 //! pressures' innovation while a path is open; and the friction's level, from
-//! what of the disturbance turns with the direction while the load moves.
+//! what of the disturbance turns with the direction while the load moves. What shows behind
+//! a tube was let through by the spool a transit before.
 //!
 //! Gas temperatures have no sensor: they follow the energy balance with the
 //! observed pressures, and decay to the wall's. The disturbance is held while
@@ -26,6 +27,7 @@ use crate::axis::{Axis, CommandState, PneumaticState, ValveDrive};
 use crate::carriage::CarriageState;
 use crate::feedforward::ForceRates;
 use crate::friction::FrictionLevels;
+use crate::left_out::{DelayLine, ValveDelay};
 use crate::real::Real;
 use crate::valve::{AreaTable, GasState};
 
@@ -77,6 +79,8 @@ pub struct ObserverState<R> {
     pub friction_excess: FrictionLevels<R>,
     /// How far the valve's edges lie from where the rig has them, V.
     pub edges: EdgeShift<R>,
+    /// Where the spool was while what now arrives through the tubes passed it.
+    passed: DelayLine<R>,
 }
 
 impl<R: Real> ObserverState<R> {
@@ -180,6 +184,8 @@ const LEAST_FORCE_RATE_PER_V: f64 = 1.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observer<R> {
     shares: Shares<R>,
+    /// From the valve through the tubes.
+    transit: ValveDelay<R>,
     /// Opening from which a path counts as open, V.
     open_from_v: R,
 }
@@ -205,6 +211,9 @@ impl<R: Real> Observer<R> {
                 edge_v_per_pa: share(gains.edge_per_s) * force_rate_per_pa
                     / force_rate_per_v(axis).max(c(LEAST_FORCE_RATE_PER_V)),
                 friction: share(gains.friction_per_s),
+            },
+            transit: ValveDelay {
+                delay_s: axis.pneumatics.transit_s(),
             },
             open_from_v: c(OPEN_SHARE) * axis.valve.supply.edge_v(),
         }
@@ -235,6 +244,7 @@ impl<R: Real> Observer<R> {
                 above_v: R::ZERO,
                 below_v: R::ZERO,
             },
+            passed: DelayLine::holding(axis.valve.null_v),
         }
     }
 
@@ -315,7 +325,12 @@ impl<R: Real> Observer<R> {
             state.disturbance_n += shares.disturbance_n_per_m * position_error
                 + shares.disturbance_n_s_per_m * velocity_error;
         }
-        self.learn_edges(axis, state, spool_v, error_a - error_b);
+        let passed_v = if axis.pneumatics.tube.is_present() {
+            self.transit.step(&mut state.passed, spool_v, axis.dt_s)
+        } else {
+            spool_v
+        };
+        self.learn_edges(axis, state, passed_v, error_a - error_b);
         self.learn_friction(axis, state);
     }
 

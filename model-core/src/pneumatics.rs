@@ -289,6 +289,53 @@ impl<R: Real> Pneumatics<R> {
         )
     }
 
+    /// The pressures that both chambers come to, at a position and a velocity, once what is on
+    /// its way in their tubes has arrived, Pa:
+    ///
+    /// ```text
+    /// p + kappa (p_t - p - p_v) / (kappa + V / V_t)
+    /// ```
+    ///
+    /// with `p_t` the mean pressure of the tube, `V_t` its volume, and `p_v` by how much that
+    /// stands over the chamber's while the flow that the piston's motion takes passes. Without a
+    /// tube they are what they are.
+    #[inline]
+    pub fn settled_pa(
+        &self,
+        state: &PneumaticState<R>,
+        position_m: R,
+        velocity_m_per_s: R,
+    ) -> (R, R) {
+        let (a, b) = (state.a.pressure_pa.value, state.b.pressure_pa.value);
+        if !self.tube.is_present() {
+            return (a, b);
+        }
+        let settled = |chamber: &Chamber<R>, pressure_pa, tube: &TubeState<R>, speed| {
+            let flow = pressure_pa * chamber.geometry.area_m2 * speed / self.tube_specific();
+            let steady_pa = self
+                .tube
+                .steady_over_pa(self.tube_specific(), pressure_pa, flow);
+            let kappa = self.gas.heat_capacity_ratio;
+            let ratio = chamber.geometry.volume_m3(position_m) / self.tube.volume_m3();
+            let over_pa = tube.mean_pa() - pressure_pa - steady_pa;
+            pressure_pa + kappa * over_pa / (kappa + ratio)
+        };
+        (
+            settled(&self.chamber_a, a, &state.tube_a, velocity_m_per_s),
+            settled(&self.chamber_b, b, &state.tube_b, -velocity_m_per_s),
+        )
+    }
+
+    /// How long a change at the valve takes through a tube, s.
+    pub fn transit_s(&self) -> R {
+        self.tube.transit_s(self.tube_specific())
+    }
+
+    /// R T of the gas in the tubes, J/kg.
+    fn tube_specific(&self) -> R {
+        self.gas.gas_constant_j_per_kg_k * self.ambient.temperature_k
+    }
+
     /// How much the pressure of a chamber rises per mass let in.
     fn pa_per_kg(&self, chamber: &Chamber<R>, temperature_k: R, position_m: R) -> R {
         self.gas.heat_capacity_ratio * self.gas.gas_constant_j_per_kg_k * temperature_k

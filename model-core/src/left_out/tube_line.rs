@@ -144,6 +144,35 @@ impl<R: Real> TubeLine<R> {
         self.length_m > R::ZERO
     }
 
+    /// Volume, m3.
+    pub fn volume_m3(&self) -> R {
+        self.area_m2() * self.length_m
+    }
+
+    /// How long a change takes from end to end, s; `specific` is R T of the gas.
+    pub fn transit_s(&self, specific: R) -> R {
+        self.length_m / specific.sqrt()
+    }
+
+    /// By how much the gas in the tube stands over the chamber's pressure, in the mean over its
+    /// length, with one flow all along, Pa; `specific` is R T of the gas.
+    pub fn steady_over_pa(&self, specific: R, chamber_pa: R, flow_kg_per_s: R) -> R {
+        let whole = Line {
+            area_m2: self.area_m2(),
+            specific,
+            cell_m: self.length_m,
+            diameter_m: self.diameter_m,
+            pa_per_flow: R::ZERO,
+            inertia: R::ZERO,
+        };
+        let half = R::from_f64(0.5) * whole.friction(flow_kg_per_s, chamber_pa);
+        flow_kg_per_s * (half + whole.mouth_loss(flow_kg_per_s, chamber_pa))
+    }
+
+    fn area_m2(&self) -> R {
+        R::from_f64(core::f64::consts::FRAC_PI_4) * self.diameter_m * self.diameter_m
+    }
+
     /// One step; returns what passed. `valve` is the flow through the valve at a
     /// pressure of the port.
     pub fn step(
@@ -155,8 +184,7 @@ impl<R: Real> TubeLine<R> {
         chamber: &TubeEnd<R>,
         dt_s: R,
     ) -> Passed<R> {
-        let quarter_pi = R::from_f64(core::f64::consts::FRAC_PI_4);
-        let area_m2 = quarter_pi * self.diameter_m * self.diameter_m;
+        let area_m2 = self.area_m2();
         let specific = gas.gas_constant_j_per_kg_k * temperature_k;
         let cell_m = self.length_m * R::from_f64(1.0 / LENGTH_CELLS);
         let part = R::from_f64(1.0 / PARTS as f64);
