@@ -219,7 +219,8 @@ impl ControlTask {
             None => controller.idle(memory, measured),
         };
         // The observer knows of delay, slew limit and spool what the rig does.
-        self.supervisor.remember_spool(controller.spool_v(memory));
+        self.supervisor
+            .remember_spool(controller.felt_spool_v(memory));
         if is_finite(&action) {
             self.estimate = action.estimate;
             Some(action.command_v)

@@ -79,7 +79,9 @@ pub struct ObserverState<R> {
     pub friction_excess: FrictionLevels<R>,
     /// How far the valve's edges lie from where the rig has them, V.
     pub edges: EdgeShift<R>,
-    /// Where the spool was while what now arrives through the tubes passed it.
+    /// Where the spool was over the step in which what now arrives in the chambers passed it, V.
+    pub felt_spool_v: R,
+    /// What the spool let through and is still on its way in the tubes.
     passed: DelayLine<R>,
 }
 
@@ -244,6 +246,7 @@ impl<R: Real> Observer<R> {
                 above_v: R::ZERO,
                 below_v: R::ZERO,
             },
+            felt_spool_v: axis.valve.null_v,
             passed: DelayLine::holding(axis.valve.null_v),
         }
     }
@@ -325,12 +328,12 @@ impl<R: Real> Observer<R> {
             state.disturbance_n += shares.disturbance_n_per_m * position_error
                 + shares.disturbance_n_s_per_m * velocity_error;
         }
-        let passed_v = if axis.pneumatics.tube.is_present() {
+        state.felt_spool_v = if axis.pneumatics.tube.is_present() {
             self.transit.step(&mut state.passed, spool_v, axis.dt_s)
         } else {
             spool_v
         };
-        self.learn_edges(axis, state, passed_v, error_a - error_b);
+        self.learn_edges(axis, state, error_a - error_b);
         self.learn_friction(axis, state);
     }
 
@@ -358,14 +361,8 @@ impl<R: Real> Observer<R> {
 
     /// A force that grows faster than the laws say, while a path is open, means an
     /// edge that lies nearer.
-    fn learn_edges(
-        &self,
-        axis: &Axis<R>,
-        state: &mut ObserverState<R>,
-        spool_v: R,
-        difference_error_pa: R,
-    ) {
-        let valve = &axis.valve;
+    fn learn_edges(&self, axis: &Axis<R>, state: &mut ObserverState<R>, difference_error_pa: R) {
+        let (valve, spool_v) = (&axis.valve, state.felt_spool_v);
         let opening_v = valve.opening_towards_a_v(spool_v);
         if opening_v.abs() < self.open_from_v {
             return;

@@ -533,3 +533,55 @@ impl<R: Real> ChamberFlow<R> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::paper;
+
+    /// The valve shut, one tube under more pressure than its chamber, the other under less.
+    #[test]
+    fn val_what_is_on_its_way_arrives() {
+        let mut pneumatics = paper::axis::<f64>().pneumatics;
+        pneumatics.tube = TubeLine {
+            length_m: 1.5,
+            diameter_m: 0.004,
+        };
+        for chamber in [&mut pneumatics.chamber_a, &mut pneumatics.chamber_b] {
+            chamber.heat_transfer_charging_w_per_m2_k = 0.0;
+            chamber.heat_transfer_discharging_w_per_m2_k = 0.0;
+            chamber.wall_conductance_w_per_k = 0.0;
+        }
+        let gas = GasState {
+            pressure_pa: 5e5,
+            temperature_k: pneumatics.ambient.temperature_k,
+        };
+        let mut state = PneumaticState::at_rest(gas, gas);
+        state.tube_a = TubeState::at_rest(5.4e5);
+        state.tube_b = TubeState::at_rest(4.7e5);
+        let expected = pneumatics.settled_pa(&state, 0.05, 0.0);
+        assert!(expected.0 > 5.05e5 && expected.1 < 4.96e5, "{expected:?}");
+        let shut = ValveDrive {
+            areas: PathAreas {
+                supply_a_m2: 0.0,
+                exhaust_a_m2: 0.0,
+                supply_b_m2: 0.0,
+                exhaust_b_m2: 0.0,
+            },
+            supply: gas,
+        };
+        for _ in 0..600 {
+            pneumatics.step(&mut state, Some(&shut), 0.05, 0.05, 1e-3);
+        }
+        for (expected_pa, side_pa) in [
+            (expected.0, state.a.pressure_pa.value),
+            (expected.1, state.b.pressure_pa.value),
+        ] {
+            let rise_pa = (expected_pa - 5e5).abs();
+            assert!(
+                (side_pa - expected_pa).abs() < 0.02 * rise_pa,
+                "{side_pa} {expected_pa}"
+            );
+        }
+    }
+}

@@ -100,7 +100,8 @@ pub struct Supervisor {
     limits: Limits,
     memory: Memory,
     stream: StreamState,
-    /// Where the spool is since the last tick, as far as known, V.
+    /// Where the spool was while what arrives in the chambers since the last tick passed it, as
+    /// far as known, V.
     spool_v: f32,
     state: State,
     settled_ticks: u16,
@@ -236,7 +237,8 @@ impl Supervisor {
         };
     }
 
-    /// Remembers where the spool is from this tick to the next, V.
+    /// Remembers where the spool was while what arrives in the chambers until the next tick
+    /// passed it, V.
     #[inline]
     pub fn remember_spool(&mut self, spool_v: f32) {
         self.spool_v = spool_v;

@@ -16,6 +16,6 @@ pub(super) struct Step<'a> {
     pub(super) is_next: bool,
     /// Number of the tick.
     pub(super) tick: u32,
-    /// The spool between them as far as known, V.
+    /// The spool while what arrived between them passed it, as far as known, V.
     pub(super) spool_v: f32,
 }

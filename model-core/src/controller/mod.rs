@@ -300,10 +300,11 @@ impl<R: Real> Controller<R> {
         self.axis.valve.null_v
     }
 
-    /// Where the observer believes the spool to be, V.
+    /// Where the spool was, as far as known, while what now arrives in the chambers passed it,
+    /// V: with tubes a transit before.
     #[inline]
-    pub fn spool_v(&self, state: &ControllerState<R>) -> R {
-        state.observer.command.spool_v()
+    pub fn felt_spool_v(&self, state: &ControllerState<R>) -> R {
+        state.observer.felt_spool_v
     }
 
     /// Memory for an axis that is at rest where the sensors say.

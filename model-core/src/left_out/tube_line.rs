@@ -513,6 +513,22 @@ mod tests {
         }
     }
 
+    #[test]
+    fn val_a_steady_flow_stands_over_the_chamber_by_the_known_mean() {
+        for (flow, length_m) in [(1e-4, 0.5), (4e-4, 1.5), (2e-3, 3.0), (-4e-4, 1.5)] {
+            let mut state = TubeState::at_rest(5e5);
+            for _ in 0..5000 {
+                let end = end(5e5, 0.0);
+                tube(length_m).step(&mut state, &gas(), AMBIENT_K, given(flow), &end, 1e-3);
+            }
+            let over_pa = state.mean_pa() - 5e5;
+            let expected_pa = tube(length_m).steady_over_pa(287.0 * AMBIENT_K, 5e5, flow);
+            // With the density of the chamber all along.
+            let ratio = over_pa / expected_pa;
+            assert!((0.9..1.1).contains(&ratio), "{over_pa} {expected_pa}");
+        }
+    }
+
     /// Seconds between the rises of a closed end's pressure through its final value.
     fn period_s(dt_s: f64) -> f64 {
         // 2 m of a tube so wide that friction hardly damps, its port held at a
