@@ -139,6 +139,16 @@ impl<R: Real> Carriage<R> {
         }
     }
 
+    /// Velocity of the centre of mass of carriage and load, m/s.
+    #[inline]
+    pub fn common_velocity_m_per_s(&self, state: &CarriageState<R>) -> R {
+        let (load, _) = self.load();
+        let lag = load.map_or(R::ZERO, |load| {
+            load.load_mass_kg / self.mass_kg * state.load.faster_m_per_s
+        });
+        state.velocity_m_per_s - lag
+    }
+
     /// Friction and inertia together, for a mass and the force on it.
     #[inline]
     fn solve(

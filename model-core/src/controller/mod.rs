@@ -12,6 +12,12 @@
 //! A spool with a slew limit is under way for long: the force that it brings until it is where
 //! the feedforward wants it is counted as if it were there, or the loop would ask for it again.
 //!
+//! Gas that is on its way in a tube is counted as if it had arrived, and the feedforward runs
+//! ahead by its transit as well.
+//!
+//! A load behind a spring swings against the carriage faster than the valve can follow: what is
+//! fed back is the velocity of their centre of mass, which no swing changes.
+//!
 //! Friction is fed forward by a bristle of its own that the *reference* moves: the
 //! measured velocity is too coarse near rest. The position error moves it too,
 //! slowly; while the load sticks that is an integral which ends at the force of
@@ -346,9 +352,13 @@ impl<R: Real> Controller<R> {
             .follower
             .step(&self.gains.motion, reference, self.axis.dt_s);
         let ahead = self.ahead(state, &reference);
+        let common_m_per_s = self
+            .axis
+            .carriage
+            .common_velocity_m_per_s(&state.observer.carriage);
         let errors = Errors {
             position_m: reference.position_m - state.observer.carriage.position_m.value,
-            velocity_m_per_s: reference.velocity_m_per_s - state.observer.carriage.velocity_m_per_s,
+            velocity_m_per_s: reference.velocity_m_per_s - common_m_per_s,
         };
         let force_n = self.gas_force_n(state);
         let was_resting = state.rest.is_resting();
