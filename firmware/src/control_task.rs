@@ -218,7 +218,7 @@ impl ControlTask {
             Some(reference) => controller.track(memory, measured, reference),
             None => controller.idle(memory, measured),
         };
-        // The observer knows of delay, slew limit and spool what the rig does.
+        // The observer knows of delay, slew limit, spool and tubes what the rig does.
         self.supervisor
             .remember_spool(controller.felt_spool_v(memory));
         if is_finite(&action) {

@@ -47,12 +47,6 @@ impl<R: Real> CommandState<R> {
         }
     }
 
-    /// The spool's position, V.
-    #[inline]
-    pub fn spool_v(&self) -> R {
-        self.spool.position
-    }
-
     /// The command as far as the slew limit has let it come, V.
     #[inline]
     pub fn slewed_v(&self) -> R {

@@ -157,16 +157,23 @@ impl<R: Real> TubeLine<R> {
     /// By how much the gas in the tube stands over the chamber's pressure, in the mean over its
     /// length, with one flow all along, Pa; `specific` is R T of the gas.
     pub fn steady_over_pa(&self, specific: R, chamber_pa: R, flow_kg_per_s: R) -> R {
-        let whole = Line {
-            area_m2: self.area_m2(),
-            specific,
-            cell_m: self.length_m,
-            diameter_m: self.diameter_m,
-            pa_per_flow: R::ZERO,
-            inertia: R::ZERO,
-        };
+        // A steady flow knows no step.
+        let whole = self.line(specific, self.length_m, R::ONE);
         let half = R::from_f64(0.5) * whole.friction(flow_kg_per_s, chamber_pa);
         flow_kg_per_s * (half + whole.mouth_loss(flow_kg_per_s, chamber_pa))
+    }
+
+    /// Ready for steps of one length with cells of one length.
+    fn line(&self, specific: R, cell_m: R, step_s: R) -> Line<R> {
+        let area_m2 = self.area_m2();
+        Line {
+            area_m2,
+            specific,
+            cell_m,
+            diameter_m: self.diameter_m,
+            pa_per_flow: step_s * specific / (area_m2 * cell_m),
+            inertia: cell_m / (area_m2 * step_s),
+        }
     }
 
     fn area_m2(&self) -> R {
@@ -184,19 +191,11 @@ impl<R: Real> TubeLine<R> {
         chamber: &TubeEnd<R>,
         dt_s: R,
     ) -> Passed<R> {
-        let area_m2 = self.area_m2();
         let specific = gas.gas_constant_j_per_kg_k * temperature_k;
         let cell_m = self.length_m * R::from_f64(1.0 / LENGTH_CELLS);
         let part = R::from_f64(1.0 / PARTS as f64);
         let part_s = dt_s * part;
-        let line = Line {
-            area_m2,
-            specific,
-            cell_m,
-            diameter_m: self.diameter_m,
-            pa_per_flow: part_s * specific / (area_m2 * cell_m),
-            inertia: cell_m / (area_m2 * part_s),
-        };
+        let line = self.line(specific, cell_m, part_s);
         let mut end = *chamber;
         let mut passed = Passed {
             into_chamber_kg_per_s: R::ZERO,
