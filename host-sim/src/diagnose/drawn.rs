@@ -52,6 +52,7 @@ pub(super) fn searched<'a>(law: Law, rig: &'a Rig, tracks: &'a [Track<'a>]) -> (
     let mut bench = Bench::new(law, rig, tracks).for_search();
     let baseline = search::baseline(&bench).unwrap();
     bench.learn_noise(&baseline, &[]);
+    let baseline = bench.in_own_noise(baseline);
     bench.candidates = candidates::candidates(law, rig, tracks, 1.0);
     (bench, baseline)
 }

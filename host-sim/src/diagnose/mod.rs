@@ -535,6 +535,7 @@ fn searched(
     let mut bench = Bench::new(full.law, full.rig, &tracks).for_search();
     let baseline = search::baseline(&bench)?;
     bench.learn_noise(&baseline, &known.doubts);
+    let baseline = bench.in_own_noise(baseline);
     let misfit = baseline.mean_square[0].sqrt();
     bench.candidates = candidates(bench.law, bench.rig, &tracks, misfit);
     let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
@@ -654,7 +655,7 @@ fn shown(searched: &Bench<'_>, law: Law, baseline: &Fitted) -> Shown {
     let model = bench.restricted(baseline, &[]);
     Shown {
         residuals: bench.residuals_of(&model),
-        noise: noise::floor(&bench, &model, &noise::shaken(&bench, &[])),
+        noise: bench.floor_under(&model, &noise::shaken(&bench, &[])),
     }
 }
 

@@ -9,7 +9,8 @@
 
 use super::fitted::{Bench, Fitted};
 use super::known::Doubts;
-use crate::laws::{Law, Track, balance, white_noise};
+use crate::fit::own_noise::same_rows;
+use crate::laws::{Law, Motion, Track, balance, white_noise};
 use crate::random::Noise;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -53,21 +54,73 @@ pub(super) fn declared(rig: &Rig, signal: &str) -> Option<f64> {
     signal.noise.map(|noise| noise.hypot(step))
 }
 
+/// Recordings with one more draw of noise, and the motion that they show: to find that takes as long
+/// as to run a model over them.
+#[derive(Clone, Default)]
+pub(super) struct Shaken {
+    recordings: Vec<Recording>,
+    motions: Vec<Option<Motion>>,
+}
+
+impl Shaken {
+    /// Of recordings.
+    pub fn new(recordings: Vec<Recording>) -> Self {
+        let motion = |recording: &Recording| Track::new(recording).motion;
+        Self {
+            motions: recordings.iter().map(motion).collect(),
+            recordings,
+        }
+    }
+
+    /// Ready to drive laws.
+    pub fn tracks(&self) -> Vec<Track<'_>> {
+        let pairs = self.recordings.iter().zip(&self.motions);
+        pairs
+            .map(|(recording, motion)| Track::with_motion(recording, motion.clone()))
+            .collect()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.recordings.is_empty()
+    }
+
+    /// The same with one signal as it was recorded.
+    pub fn but(&self, signal: &str, still: &[Track<'_>]) -> Self {
+        let as_recorded = |(shaken, still): (&Recording, &Track<'_>)| {
+            let mut mixed = shaken.clone();
+            let columns = (
+                mixed.signals.get_mut(signal),
+                still.recording.signal(signal),
+            );
+            if let (Some(column), Some(recorded)) = columns {
+                column.copy_from_slice(recorded);
+            }
+            mixed
+        };
+        let pairs = self.recordings.iter().zip(still);
+        Self::new(pairs.map(as_recorded).collect())
+    }
+}
+
 /// The recordings with one more draw of the noise that their signals have; where something is
 /// not understood of these, with that, by recording.
-pub(super) fn shaken(bench: &Bench<'_>, doubts: &[Doubts]) -> Vec<Recording> {
+pub(super) fn shaken(bench: &Bench<'_>, doubts: &[Doubts]) -> Shaken {
     let tracks = bench.tracks.iter().enumerate();
-    tracks
-        .map(|(number, track)| with_a_draw(bench.rig, track.recording, number, doubts.get(number)))
-        .collect()
+    let with_a_draw = |(number, track): (usize, &Track<'_>)| {
+        with_a_draw(bench.rig, track.recording, number, doubts.get(number))
+    };
+    Shaken::new(tracks.map(with_a_draw).collect())
 }
 
 /// The noise floor of each output, that of the inputs included as a model carries it on: what it
-/// predicts of the recordings as they are and as they would be with [one more draw](shaken).
-pub(super) fn floor(bench: &Bench<'_>, model: &Fitted, shaken: &[Recording]) -> Vec<f64> {
-    let tracks: Vec<Track<'_>> = shaken.iter().map(Track::new).collect();
-    let still = bench.predicted_on(model, bench.tracks);
-    let moved = bench.predicted_on(model, &tracks);
+/// predicts, by output and recording, of the recordings as they are and as they would be with
+/// [one more draw](shaken).
+pub(super) fn floor(
+    bench: &Bench<'_>,
+    model: &Fitted,
+    [still, moved]: [&[Vec<Vec<f64>>]; 2],
+) -> Vec<f64> {
     let fitted = bench.rig.with_values(&model.shared_values());
     let own = of_outputs(bench.law, &fitted, bench.tracks);
     own.iter()
@@ -76,8 +129,8 @@ pub(super) fn floor(bench: &Bench<'_>, model: &Fitted, shaken: &[Recording]) -> 
             let is_of_events = bench.is_of_events(output);
             let reach = if is_of_events { EVENT_REACH } else { 0 };
             let (mut sum, mut rows) = (0.0, 0_usize);
-            for (still, moved) in still.iter().zip(&moved) {
-                for square in squared_changes(&still[output], &moved[output], reach) {
+            for (still, moved) in still[output].iter().zip(&moved[output]) {
+                for square in squared_changes(still, moved, reach) {
                     sum += square;
                     rows += 1;
                 }
@@ -87,19 +140,19 @@ pub(super) fn floor(bench: &Bench<'_>, model: &Fitted, shaken: &[Recording]) -> 
         .collect()
 }
 
-/// Squared differences of what is finite in one column and the nearest that is in another,
-/// where one lies within reach.
-fn squared_changes(still: &[f64], moved: &[f64], reach: usize) -> impl Iterator<Item = f64> {
-    let told = still
-        .iter()
-        .enumerate()
-        .filter(|(_, value)| value.is_finite());
-    told.filter_map(move |(row, value)| {
-        let near = row.saturating_sub(reach)..(row + reach + 1).min(moved.len());
-        let told = near.filter(|&other| moved[other].is_finite());
-        let nearest = told.min_by_key(|&other| other.abs_diff(row))?;
-        Some((moved[nearest] - value).powi(2))
-    })
+/// Squared differences of what is finite in one column and in the same rows of another, within a
+/// reach.
+fn squared_changes(still: &[f64], moved: &[f64], reach: usize) -> Vec<f64> {
+    let told = |column: &[f64]| -> Vec<usize> {
+        let rows = column.iter().enumerate();
+        let finite = rows.filter(|(_, value)| value.is_finite());
+        finite.map(|(row, _)| row).collect()
+    };
+    let (rows, others) = (told(still), told(moved));
+    let pairs = same_rows(&rows, &others, reach).into_iter();
+    pairs
+        .map(|(row, other)| (moved[others[other]] - still[rows[row]]).powi(2))
+        .collect()
 }
 
 /// The recording with one more draw of every signal's declared noise; where a law that is
@@ -124,19 +177,4 @@ fn with_a_draw(
         }
     }
     shaken
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn prop_an_event_that_noise_shifts_is_the_same_event() {
-        let nan = f64::NAN;
-        let still = [nan, 1.0, nan, nan, nan, 5.0, nan];
-        let moved = [nan, nan, 1.5, nan, nan, nan, nan];
-        let of = |reach| squared_changes(&still, &moved, reach).collect::<Vec<f64>>();
-        assert_eq!(of(0), [0.0; 0]);
-        assert_eq!(of(1), [0.25], "the other event is in one draw only");
-    }
 }

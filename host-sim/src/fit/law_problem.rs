@@ -98,6 +98,17 @@ impl Folds {
 /// predicted.
 pub type Columns = Vec<Vec<f64>>;
 
+/// A residual.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The row of the recording.
+    pub row: usize,
+    /// Predicted less recorded, in units of its size.
+    pub residual: f64,
+    /// Its derivatives by all parameters.
+    pub gradient: Vec<f64>,
+}
+
 /// The problem.
 #[derive(Clone, Copy)]
 pub struct LawProblem<'a> {
@@ -605,12 +616,13 @@ impl LawProblem<'_> {
             .collect()
     }
 
-    fn accumulate_dual<const N: usize>(
+    /// Hands over output, row, residual and its derivatives by all parameters.
+    fn each_dual<const N: usize>(
         &self,
         recording: usize,
         active: &[usize],
         values: &[f64],
-        equations: &mut NormalEquations,
+        add: &mut impl FnMut(usize, usize, f64, &[f64]),
     ) {
         let duals: Vec<Dual<N>> = active
             .iter()
@@ -619,56 +631,96 @@ impl LawProblem<'_> {
             .collect();
         let recorded = self.recorded(recording);
         let mut gradient = vec![0.0; values.len()];
-        let mut add = |row: usize, outputs: &[Dual<N>], _: &[Dual<N>]| {
+        let mut show = |row: usize, outputs: &[Dual<N>], _: &[Dual<N>]| {
             if !self.counts(recording, row) {
                 return;
             }
-            for ((output, column), sigma) in outputs.iter().zip(&recorded).zip(self.sigma) {
+            let outputs = outputs.iter().zip(&recorded).zip(self.sigma).enumerate();
+            for (place, ((output, column), sigma)) in outputs {
                 if self.law.leaves_out(output.value) {
                     continue;
                 }
                 for (&index, derivative) in active.iter().zip(output.gradient) {
                     gradient[index] = derivative / sigma;
                 }
-                equations.add_row((output.value - column[row]) / sigma, &gradient);
+                add(place, row, (output.value - column[row]) / sigma, &gradient);
             }
         };
-        self.run(recording, &duals, &mut add);
+        self.run(recording, &duals, &mut show);
     }
 
-    /// The rows of one recording.
-    fn accumulate_one(&self, recording: usize, values: &[f64], equations: &mut NormalEquations) {
+    /// The same of one recording, with as many derivatives as it has; none where it has too many.
+    pub(super) fn each(
+        &self,
+        recording: usize,
+        values: &[f64],
+        add: &mut impl FnMut(usize, usize, f64, &[f64]),
+    ) -> Option<()> {
         let active = self.active(recording);
         match active.len() {
-            0..=4 => self.accumulate_dual::<4>(recording, &active, values, equations),
-            5..=8 => self.accumulate_dual::<8>(recording, &active, values, equations),
-            9..=12 => self.accumulate_dual::<12>(recording, &active, values, equations),
-            13..=16 => self.accumulate_dual::<16>(recording, &active, values, equations),
-            17..=20 => self.accumulate_dual::<20>(recording, &active, values, equations),
-            21..=24 => self.accumulate_dual::<24>(recording, &active, values, equations),
-            25..=28 => self.accumulate_dual::<28>(recording, &active, values, equations),
-            29..=MOST_ACTIVE => {
-                self.accumulate_dual::<MOST_ACTIVE>(recording, &active, values, equations);
+            0..=4 => self.each_dual::<4>(recording, &active, values, add),
+            5..=8 => self.each_dual::<8>(recording, &active, values, add),
+            9..=12 => self.each_dual::<12>(recording, &active, values, add),
+            13..=16 => self.each_dual::<16>(recording, &active, values, add),
+            17..=20 => self.each_dual::<20>(recording, &active, values, add),
+            21..=24 => self.each_dual::<24>(recording, &active, values, add),
+            25..=28 => self.each_dual::<28>(recording, &active, values, add),
+            29..=MOST_ACTIVE => self.each_dual::<MOST_ACTIVE>(recording, &active, values, add),
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// The same without derivatives.
+    pub(super) fn each_plain(
+        &self,
+        recording: usize,
+        values: &[f64],
+        add: &mut impl FnMut(usize, usize, f64),
+    ) {
+        let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+        let recorded = self.recorded(recording);
+        let mut show = |row: usize, outputs: &[f64], _: &[f64]| {
+            if !self.counts(recording, row) {
+                return;
             }
-            _ => equations.mark_invalid(),
+            let outputs = outputs.iter().zip(&recorded).zip(self.sigma).enumerate();
+            for (place, ((output, column), sigma)) in outputs {
+                if !self.law.leaves_out(*output) {
+                    add(place, row, (output - column[row]) / sigma);
+                }
+            }
+        };
+        self.run(recording, &active, &mut show);
+    }
+
+    /// The rows of one recording by output; none where it has too many parameters.
+    pub fn rows(&self, recording: usize, values: &[f64]) -> Option<Vec<Vec<Row>>> {
+        let mut rows = vec![Vec::new(); self.sigma.len()];
+        let mut add = |output: usize, row: usize, residual: f64, gradient: &[f64]| {
+            let gradient = gradient.to_vec();
+            rows[output].push(Row {
+                row,
+                residual,
+                gradient,
+            });
+        };
+        self.each(recording, values, &mut add)?;
+        Some(rows)
+    }
+
+    fn accumulate_one(&self, recording: usize, values: &[f64], equations: &mut NormalEquations) {
+        let mut add = |_: usize, _: usize, residual: f64, gradient: &[f64]| {
+            equations.add_row(residual, gradient);
+        };
+        if self.each(recording, values, &mut add).is_none() {
+            equations.mark_invalid();
         }
     }
 
     fn accumulate_cost_of(&self, recording: usize, values: &[f64], sums: &mut ResidualSums) {
-        let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
-        let recorded = self.recorded(recording);
-        let mut add = |row: usize, outputs: &[f64], _: &[f64]| {
-            if !self.counts(recording, row) {
-                return;
-            }
-            for ((output, column), sigma) in outputs.iter().zip(&recorded).zip(self.sigma) {
-                if self.law.leaves_out(*output) {
-                    continue;
-                }
-                sums.add((output - column[row]) / sigma);
-            }
-        };
-        self.run(recording, &active, &mut add);
+        let mut add = |_: usize, _: usize, residual: f64| sums.add(residual);
+        self.each_plain(recording, values, &mut add);
     }
 }
 

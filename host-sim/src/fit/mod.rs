@@ -2,6 +2,7 @@
 //!
 //! - [`normal_equations`]: what a problem adds its rows to
 //! - [`law_problem`]: a law driven by recordings as such a problem
+//! - [`own_noise`]: such a problem in units of the noise that each model makes of its inputs
 //! - [`presence`]: an effect that is there for a part of the time
 //! - [`levenberg_marquardt`]: bounded least squares with priors
 //! - [`compass`]: a search by values, where residuals are not smooth
@@ -11,6 +12,7 @@ pub mod compass;
 pub mod law_problem;
 pub mod levenberg_marquardt;
 pub mod normal_equations;
+pub mod own_noise;
 pub mod presence;
 pub mod uncertainty;
 

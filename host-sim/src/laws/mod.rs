@@ -279,6 +279,11 @@ impl<'a> Track<'a> {
         let motion = recording
             .signal("x")
             .map(|position| Motion::from_position(&recording.time_s, position));
+        Self::with_motion(recording, motion)
+    }
+
+    /// A recording whose motion was found before.
+    pub fn with_motion(recording: &'a Recording, motion: Option<Motion>) -> Self {
         Self {
             motion,
             ..Self::still(recording)

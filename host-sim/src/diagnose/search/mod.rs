@@ -522,6 +522,20 @@ mod tests {
         assert_eq!(model.set, [off]);
     }
 
+    /// Half a newton of noise was eight in the force of a carriage that hardly leaves: nothing was
+    /// missing, under ten times the usual noise, where a seal held 51 N more after some seconds.
+    #[test]
+    fn regress_a_seal_that_ages_shows_under_much_noise() {
+        let request = Request::new(3, Kind::Single).with_noise(10.0);
+        let request = request.with_effect("dwell-stiction").unwrap();
+        let (rig, recordings) = drawn::read(&request.with_strength(Strength::Strong));
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
+        let outcome = search(&bench, &baseline, &|_| ());
+        let seal = drawn::tried(&bench, "dwell-stiction", "force-balance");
+        assert_eq!(outcome.improved.set, [seal]);
+    }
+
     #[test]
     fn prop_a_rival_that_comes_later_gets_the_same_part() {
         let named = Evidence::of_strayed(0, 1.0, 0.9);

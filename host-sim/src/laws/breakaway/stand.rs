@@ -25,7 +25,7 @@ const MOST_MISSING_N: f64 = 128.0;
 /// ... beginning with this ...
 const FIRST_STEP_N: f64 = 1.0;
 /// ... and ending with this, in so many steps at the most.
-const LAST_STEP_N: f64 = 0.02;
+const LAST_STEP_N: f64 = 1e-3;
 const MOST_LOOKS: usize = 30;
 /// Step of the model, s: a quarter of it changes the force of three carriages by 0.02 to 0.05 N.
 const STEP_S: f64 = 4e-4;
