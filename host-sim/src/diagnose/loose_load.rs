@@ -14,11 +14,14 @@
 //! median one at the start (Cauchy's likelihood). All numbers are varied together, by
 //! values; then derivatives lead on. There are many hollows: three starts are followed, and
 //! how far their ends lie apart is counted into how well each number is known.
+//!
+//! What else was found with the load as the balance has it is then asked for again.
 
 use super::fitted::{Bench, Fitted};
+use super::search::without;
 use crate::fit::compass::{self, Varied};
 use crate::fit::law_problem::{FreeParameter, windows};
-use crate::laws::{Law, median};
+use crate::laws::{Law, balance, median};
 
 /// A contact of metal, stiffness in N/m and damping in N s/m: it bounces.
 const HARD_CONTACT: (f64, f64) = (2e5, 100.0);
@@ -29,10 +32,14 @@ const FOLLOWED: usize = 2;
 
 /// What the windows come to.
 pub(super) struct Refined {
-    /// The model with its numbers fitted to them.
+    /// The model of the balance that they began with, without what is needless.
+    pub begun: Fitted,
+    /// The same with its numbers fitted to them.
     pub model: Fitted,
     /// The candidate with the play.
     pub candidate: usize,
+    /// Effects beside it that are needed no more, now that the load is as they show it.
+    pub needless: Vec<usize>,
     /// Part of the energy that the refitted baseline leaves of the windows that the model
     /// explains.
     pub share: f64,
@@ -48,26 +55,30 @@ pub(super) fn refined(searched: &Bench<'_>, baseline: &Fitted, model: &Fitted) -
     }
     let mut bench = Bench::new(Law::Carriage, searched.rig, searched.tracks);
     bench.candidates.clone_from(&searched.candidates);
-    let begun = bench.restricted(model, &model.set);
-    let windows = Windows::new(&bench, &begun)?;
-    let mut starts = windows.hard_contacts(&begun)?;
-    windows.best_first(&mut starts);
-    starts.truncate(FOLLOWED);
-    starts.push(begun.clone());
-    let followed = |start| windows.followed(start, 1.0);
-    let mut ends: Vec<Fitted> = starts.iter().filter_map(followed).collect();
-    windows.best_first(&mut ends);
-    let mut best = windows.followed(ends.first()?, 0.5)?;
-    best.standard_deviations = windows.deviations(&best, &ends);
-    if windows.cost(&best) >= windows.cost(&begun) {
-        return None;
+    let windows = Windows::new(&bench, &bench.restricted(model, &model.set))?;
+    let refined = |begun: Fitted| {
+        let model = windows.refined(searched, &begun)?;
+        Some((begun, model))
+    };
+    let (mut begun, mut kept) = refined(model.clone())?;
+    let mut needless = Vec::new();
+    for companion in without(&model.set, candidate) {
+        let fewer = searched.without(&begun, companion).and_then(refined);
+        if let Some(fewer) = fewer.filter(|(_, fewer)| windows.are_met_by(searched, fewer, &kept)) {
+            (begun, kept) = fewer;
+            needless.push(companion);
+        }
     }
-    let energy = |model: &Fitted| mean_squares(&bench, model).iter().sum::<f64>();
-    let without = bench.restricted(baseline, &[]);
+    let energy = |model: &Fitted| {
+        let model = bench.restricted(model, &model.set);
+        mean_squares(&bench, &model).iter().sum::<f64>()
+    };
     Some(Refined {
-        model: in_terms_of(searched, model, &best),
+        share: 1.0 - energy(&kept) / energy(&bench.restricted(baseline, &[])),
+        begun,
+        model: kept,
         candidate,
-        share: 1.0 - energy(&best) / energy(&without),
+        needless,
     })
 }
 
@@ -89,17 +100,63 @@ fn in_terms_of(searched: &Bench<'_>, model: &Fitted, carriage: &Fitted) -> Fitte
 /// The windows of a bench's recordings.
 struct Windows<'a> {
     bench: &'a Bench<'a>,
+    count: usize,
     /// The median mean square of a window at the start, m2.
     usual: f64,
 }
 
 impl<'a> Windows<'a> {
     fn new(bench: &'a Bench<'a>, begun: &Fitted) -> Option<Self> {
-        let usual = median(mean_squares(bench, begun))?;
+        let squares = mean_squares(bench, begun);
+        let count = squares.len();
+        let usual = median(squares)?;
         Some(Self {
             bench,
+            count,
             usual: usual.max(bench.noise[0].powi(2)),
         })
+    }
+
+    /// A model of the balance with its numbers fitted to the windows, if they are met better so
+    /// than where the balance ended.
+    fn refined(&self, searched: &Bench<'_>, model: &Fitted) -> Option<Fitted> {
+        let begun = self.bench.restricted(model, &model.set);
+        let mut starts = self.hard_contacts(&begun)?;
+        self.best_first(&mut starts);
+        starts.truncate(FOLLOWED);
+        starts.push(begun.clone());
+        let followed = |start| self.followed(start, 1.0);
+        let mut ends: Vec<Fitted> = starts.iter().filter_map(followed).collect();
+        self.best_first(&mut ends);
+        let mut best = self.followed(ends.first()?, 0.5)?;
+        best.standard_deviations = self.deviations(&best, &ends);
+        let is_better = self.cost(&best) < self.cost(&begun);
+        is_better.then(|| in_terms_of(searched, model, &best))
+    }
+
+    /// Whether a model with fewer effects meets windows and break-aways as well, each of its
+    /// numbers less counted as much as in Schwarz's criterion. What the balance found beside a load
+    /// that it has wrong may make up for that: a contact six times too soft had a friction by
+    /// pressure beside it.
+    fn are_met_by(&self, searched: &Bench<'_>, fewer: &Fitted, more: &Fitted) -> bool {
+        let [(cost, _), (before, seen)] = [fewer, more].map(|model| self.missed(searched, model));
+        let numbers = more.shared.saturating_sub(fewer.shared);
+        cost - before < 0.5 * numbers as f64 * (seen as f64).ln()
+    }
+
+    /// The cost of windows and break-aways together, and how many there are.
+    fn missed(&self, searched: &Bench<'_>, model: &Fitted) -> (f64, usize) {
+        let noise_n = searched.noise[balance::BREAKAWAY];
+        let events = searched
+            .residuals_of(model)
+            .swap_remove(balance::BREAKAWAY)
+            .concat();
+        let told = events.iter().filter(|missing_n| missing_n.is_finite());
+        let counted = told.map(|missing_n| (missing_n / noise_n).powi(2).ln_1p());
+        let counted: Vec<f64> = counted.collect();
+        let of_windows = self.cost(&self.bench.restricted(model, &model.set));
+        let of_events = 0.5 * counted.iter().sum::<f64>();
+        (of_windows + of_events, self.count + counted.len())
     }
 
     /// Half the logarithm of the likelihood, with the priors, without its sign.

@@ -581,6 +581,13 @@ fn settled(full: &Bench<'_>, searched: &mut Searched) -> Settled {
         }
         return Settled::of(full, outcome);
     }
+    if let Some(one) = refined.as_ref().filter(|one| !one.needless.is_empty()) {
+        one.needless
+            .iter()
+            .for_each(|&needless| outcome.decline(needless));
+        outcome.improved = one.begun.clone();
+        outcome.judge_again(full);
+    }
     let mut settled = Settled::of(full, outcome);
     if let Some(one) = refined {
         outcome.explains(one.candidate, one.share);

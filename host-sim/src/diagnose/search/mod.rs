@@ -64,6 +64,18 @@ impl Outcome {
         }
     }
 
+    /// What is left after others were declined explains more by itself than it did beside them.
+    pub(super) fn judge_again(&mut self, bench: &Bench<'_>) {
+        let (baseline, improved) = (self.baseline.clone(), self.improved.clone());
+        let mut judge = Judge::new(bench, &baseline);
+        for one in self.evidence.iter_mut().filter(|one| one.accepted) {
+            if let Some(others) = judge.without(&improved, one.candidate) {
+                let shown = judge.evidence(&improved, &others, one.candidate);
+                one.probability = one.probability.max(shown.probability);
+            }
+        }
+    }
+
     /// An accepted effect is not needed any more.
     pub(super) fn decline(&mut self, candidate: usize) {
         let (gone, left): (Vec<_>, Vec<_>) = self
