@@ -604,7 +604,7 @@ fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String>
 fn refuted_note(law: &LawDiagnosis) -> Option<String> {
     let what = law.refuted.as_ref()?;
     Some(format!(
-        "refuted on held-out data: the {} are predicted worse with {what} than without; the improved rig does not hold it",
+        "refuted on held-out data: predictions of the {} are worse with {what} than without; the improved rig does not hold it",
         law.law.title()
     ))
 }

@@ -286,6 +286,7 @@ fn mean_squares(bench: &Bench<'_>, model: &Fitted) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::diagnose::candidates::candidates;
+    use crate::diagnose::drawn;
     use crate::laws::Track;
     use crate::plant;
     use crate::random::Noise;
@@ -326,8 +327,8 @@ mod tests {
     ];
 
     fn with_load(rig: &Rig, load: [(&str, f64); 4]) -> Rig {
-        let key = |(name, value)| (format!("effects.load-backlash.{name}"), value);
-        rig.with_values(&load.map(key).into_iter().collect())
+        let number = |(name, value)| (key(name), value);
+        rig.with_values(&load.map(number).into_iter().collect())
     }
 
     /// 6 s of a carriage with a loose load under a drive that reverses hard.
@@ -358,19 +359,9 @@ mod tests {
         Recording::from_signals("loose", time_s, signals)
     }
 
-    #[test]
-    fn prop_a_contact_that_the_balance_finds_too_soft_is_found_hard() {
-        let rig = Rig::parse(RIG, "rig.toml").unwrap();
-        let loose = with_load(&rig, LOAD);
-        let recordings = [recorded(&loose, 1.0), recorded(&loose, 0.83)];
-        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(Law::Balance, &rig, &tracks);
-        bench.candidates = candidates(Law::Balance, &rig, &tracks, 1.0);
-        let baseline = bench.fit(&[], None).unwrap();
-        let is_loose = |candidate: &super::super::candidates::Candidate| candidate.is_rough;
-        let candidate = bench.candidates.iter().position(is_loose).unwrap();
-        let mut model = bench.restricted(&baseline, &[candidate]);
-        let key = |name: &str| format!("effects.load-backlash.{name}");
+    /// The load of [`LOAD`] as a balance has it, the contact too soft, in a set.
+    fn softly(bench: &Bench<'_>, baseline: &Fitted, set: &[usize]) -> Fitted {
+        let mut model = bench.restricted(baseline, set);
         for (name, value) in [
             ("load_mass_kg", 0.8),
             ("stiffness_N_m", 3e4),
@@ -380,8 +371,31 @@ mod tests {
             let place = model.place(&key(name)).unwrap();
             model.values[place] = value;
         }
-        let refined = refined(&bench, &baseline, &model).unwrap();
-        assert_eq!(refined.candidate, candidate);
+        model
+    }
+
+    fn key(name: &str) -> String {
+        format!("effects.load-backlash.{name}")
+    }
+
+    /// A bench with candidates, its refit, and which is the load.
+    fn searched<'a>(rig: &'a Rig, tracks: &'a [Track<'a>]) -> (Bench<'a>, Fitted, usize) {
+        let mut bench = Bench::new(Law::Balance, rig, tracks);
+        bench.candidates = candidates(Law::Balance, rig, tracks, 1.0);
+        let baseline = bench.fit(&[], None).unwrap();
+        let load = bench.candidates.iter().position(|one| one.is_rough);
+        (bench, baseline, load.unwrap())
+    }
+
+    #[test]
+    fn prop_a_contact_that_the_balance_finds_too_soft_is_found_hard() {
+        let rig = Rig::parse(RIG, "rig.toml").unwrap();
+        let loose = with_load(&rig, LOAD);
+        let recordings = [recorded(&loose, 1.0), recorded(&loose, 0.83)];
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline, load) = searched(&rig, &tracks);
+        let refined = refined(&bench, &baseline, &softly(&bench, &baseline, &[load])).unwrap();
+        assert_eq!((refined.candidate, refined.needless), (load, Vec::new()));
         assert!(refined.share > 0.8, "{}", refined.share);
         for (name, truth) in LOAD {
             let found = refined.model.value(&key(name)).unwrap();
@@ -391,6 +405,34 @@ mod tests {
                 (found / truth).ln().abs() < part,
                 "{name}: {found} of {truth}"
             );
+        }
+    }
+
+    /// What is there beside the load stays, what is not goes.
+    #[test]
+    fn prop_an_effect_beside_a_load_is_asked_for_again() {
+        const ASYMMETRY: &str = "effects.direction-dependent-friction.asymmetry";
+        let given = Rig::parse(RIG, "rig.toml").unwrap();
+        for asymmetry in [0.0, 0.25] {
+            let numbers = BTreeMap::from([(ASYMMETRY.to_owned(), asymmetry)]);
+            let loose = with_load(&given, LOAD).with_values(&numbers);
+            let recordings = [recorded(&loose, 1.0), recorded(&loose, 0.83)];
+            let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+            let (bench, baseline, load) = searched(&given, &tracks);
+            let of_direction =
+                drawn::tried(&bench, "direction-dependent-friction", "force-balance");
+            let mut set = vec![load, of_direction];
+            set.sort_unstable();
+            let begun = bench.finished(&softly(&bench, &baseline, &set)).unwrap();
+            let refined = refined(&bench, &baseline, &begun).unwrap();
+            let found = refined.model.value(ASYMMETRY);
+            println!("{asymmetry}: {found:?}, needless {:?}", refined.needless);
+            let needless = if asymmetry > 0.0 {
+                Vec::new()
+            } else {
+                vec![of_direction]
+            };
+            assert_eq!(refined.needless, needless);
         }
     }
 }
