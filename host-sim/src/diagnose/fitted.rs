@@ -3,14 +3,12 @@
 
 use super::candidates::{Candidate, voids};
 use super::fold_squares::FoldSquares;
-use super::known::Doubts;
-use super::noise::Shaken;
+use super::own_noise::Draws;
 use super::search::without;
 use super::{noise, proof};
 use crate::fit::compass::{self, Varied};
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
-use crate::fit::own_noise::{Draw, InOwnNoise, OwnNoise};
 use crate::fit::{NoiseVariance, Options, Parameter, Presence, solve};
 use crate::laws::{Law, Track, balance};
 use crate::rig::Rig;
@@ -32,13 +30,8 @@ pub struct Bench<'a> {
     pub candidates: Vec<Candidate>,
     /// Noise of each output, SI.
     pub noise: Vec<f64>,
-    /// The recordings with one more draw of noise, where each model carries on what its inputs
-    /// have in its own way (see [`Bench::learn_noise`]).
-    shaken: Shaken,
-    /// The same with one more draw of that of the pressures alone, and the noise without theirs, SI:
-    /// see [`Bench::in_own_noise_around`].
-    under_pressure: Shaken,
-    other_noise: Vec<f64>,
+    /// What each model's own noise is made of.
+    pub(super) draws: Draws,
     /// The groups of rows that cross-validation leaves out in turn.
     pub folds: Folds,
     /// Whether it is of a search, and fits are long: see [`Bench::for_search`].
@@ -101,9 +94,6 @@ const LONG_ROWS_OF_AXIS: usize = 3_000;
 const WEIGHED_ANEW: f64 = 0.7;
 /// ... this many times at the most.
 const MOST_WEIGHINGS: usize = 3;
-/// Models are fitted in their own noise where the noise is so many times what the law itself is
-/// known to: where that of the inputs is not under three quarters of it.
-const NOISE_OF_INPUTS: f64 = 1.25;
 /// Enough to tell sets apart; the winner is polished afterwards.
 const SEARCH_ITERATIONS: usize = 200;
 
@@ -124,107 +114,23 @@ impl<'a> Bench<'a> {
             ordinary,
             candidates: Vec::new(),
             noise: noise::of_outputs(law, rig, tracks),
-            shaken: Shaken::default(),
-            under_pressure: Shaken::default(),
-            other_noise: Vec::new(),
+            draws: Draws::default(),
             folds: Folds::of(&lengths),
             is_long_search: false,
             work: AtomicUsize::new(0),
         }
     }
 
-    /// Learns the noise of the outputs, that of the inputs included as a model carries it on; with
-    /// what is not understood of these, by recording.
-    ///
-    /// A balance of recorded forces has nothing but noise of its inputs, and a model that scales
-    /// all forces down scales that too: left to itself it leaves less and has explained nothing. (A
-    /// friction of 16 N/bar of the 49 N/bar that drive the piston, with the mass down to two
-    /// thirds, under ten times the pressures' noise.) So what a model leaves of a balance is
-    /// counted in units of the noise that it has itself.
-    pub(super) fn learn_noise(&mut self, model: &Fitted, doubts: &[Doubts]) {
-        let shaken = noise::shaken(self, doubts);
-        self.noise = self.floor_under(model, &shaken);
-        (self.shaken, self.under_pressure) = (Shaken::default(), Shaken::default());
-        if self.law == Law::Balance {
-            self.under_pressure = shaken.but("x", self.tracks);
-            self.other_noise = self.noise_beside(model, &self.under_pressure);
-            self.shaken = shaken;
-        }
-    }
-
-    /// The noise of each output without what one more draw of some of it changes.
-    fn noise_beside(&self, model: &Fitted, shaken: &Shaken) -> Vec<f64> {
-        let own = noise::of_outputs(self.law, self.rig, self.tracks).into_iter();
-        let with = self.floor_under(model, shaken).into_iter().zip(own);
-        let noise = self.noise.iter().zip(with);
-        noise
-            .map(|(noise, (with, own))| {
-                let beside = noise.powi(2) - (with.powi(2) - own.powi(2)).max(0.0);
-                beside.max(own.powi(2)).sqrt()
-            })
-            .collect()
-    }
-
-    /// The noise floor of each output as a model carries on what one more draw of noise changes.
-    pub(super) fn floor_under(&self, model: &Fitted, shaken: &Shaken) -> Vec<f64> {
-        let tracks = shaken.tracks();
-        let [still, moved] =
-            [self.tracks, &tracks].map(|tracks| self.predicted_by_output(model, tracks));
-        noise::floor(self, model, [&still, &moved])
-    }
-
-    /// Whether models are fitted in their own noise too: where that of the inputs is not well
-    /// under what is looked for anyway.
-    pub(super) fn is_fitted_in_own_noise(&self) -> bool {
-        let own = noise::of_outputs(self.law, self.rig, self.tracks);
-        let outputs = own.iter().zip(&self.noise).enumerate();
-        // Single events are too few to tell a model's noise by.
-        let mut rows = outputs.filter(|(output, _)| !self.is_of_events(*output));
-        !self.shaken.is_empty() && rows.any(|(_, (own, noise))| *noise > NOISE_OF_INPUTS * own)
-    }
-
-    /// A model that was fitted before the noise was learned, in its own noise where that counts.
-    pub(super) fn in_own_noise(&self, model: Fitted) -> Fitted {
-        let again = self.is_fitted_in_own_noise();
-        let fitted = again.then(|| self.fit(&model.set, Some(&model))).flatten();
-        fitted.unwrap_or(model)
-    }
-
     /// Takes noise and candidates from a bench of the same recordings.
     pub(super) fn learn_from(&mut self, other: &Bench<'_>) {
         self.candidates.clone_from(&other.candidates);
         self.noise.clone_from(&other.noise);
-        self.shaken.clone_from(&other.shaken);
-        self.under_pressure.clone_from(&other.under_pressure);
-        self.other_noise.clone_from(&other.other_noise);
-    }
-
-    /// By output, what a model leaves in squares over what that would be with the bench's noise.
-    /// It is asked of balances, and what is left of one is what is predicted.
-    fn squares_of_own_noise(
-        &self,
-        model: &Fitted,
-        residuals: &[Vec<Vec<f64>>],
-        shaken: &[Track<'_>],
-    ) -> Vec<f64> {
-        if shaken.is_empty() {
-            return vec![1.0; self.noise.len()];
-        }
-        let moved = self.predicted_by_output(model, shaken);
-        let own = noise::floor(self, model, [residuals, &moved]).into_iter();
-        own.zip(&self.noise)
-            .map(|(own, noise)| (own / noise).powi(2))
-            .collect()
+        self.draws.clone_from(&other.draws);
     }
 
     /// Mean squares of what a model leaves, in the bench's noise.
-    fn mean_squares(
-        &self,
-        model: &Fitted,
-        residuals: &[Vec<Vec<f64>>],
-        shaken: &[Track<'_>],
-    ) -> Vec<f64> {
-        let scales = self.squares_of_own_noise(model, residuals, shaken);
+    fn mean_squares(&self, model: &Fitted, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
+        let scales = self.squares_of_own_noise(model, residuals);
         let squares = mean_squares(residuals).into_iter().zip(scales);
         squares.map(|(square, scale)| square / scale).collect()
     }
@@ -499,7 +405,6 @@ impl<'a> Bench<'a> {
             cost_tolerance: self.cost_tolerance(set),
             ..Options::default()
         };
-        let shaken = self.shaken.tracks();
         let fit = if self.is_fitted_in_own_noise() {
             let starts: Vec<f64> = parameters.iter().map(|one| one.start).collect();
             let mut in_own_noise = self.in_own_noise_around(set, &starts, problem)?;
@@ -522,39 +427,8 @@ impl<'a> Bench<'a> {
             mean_square: Vec::new(),
             presence: problem.presence.cloned(),
         };
-        fitted.mean_square = self.mean_squares(&fitted, &residuals, &shaken);
+        fitted.mean_square = self.mean_squares(&fitted, &residuals);
         Some((fit.cost, fitted))
-    }
-
-    /// A balance in the noise that its recordings make of it; with a load behind a spring in that
-    /// of the pressures alone: a load with play can be bent to carry on so much of the position's
-    /// that whatever it misses is lost in it.
-    fn in_own_noise_around<'p>(
-        &self,
-        set: &[usize],
-        values: &[f64],
-        problem: LawProblem<'p>,
-    ) -> Option<InOwnNoise<'p>> {
-        let (shaken, other) = if self.carries_a_load(set) {
-            (&self.under_pressure, self.other_noise.clone())
-        } else {
-            let own = noise::of_outputs(self.law, self.rig, self.tracks);
-            (&self.shaken, own)
-        };
-        let shaken = shaken.tracks();
-        let draw = Draw {
-            shaken: &shaken,
-            other,
-            noise: &self.noise,
-            events: balance::BREAKAWAY,
-        };
-        let noise = OwnNoise::around(values, &problem, &draw)?;
-        Some(InOwnNoise { problem, noise })
-    }
-
-    fn carries_a_load(&self, set: &[usize]) -> bool {
-        let mut free = set.iter().flat_map(|&index| &self.candidates[index].free);
-        free.any(|free| free.key.ends_with(".load_mass_kg"))
     }
 
     fn cost_tolerance(&self, set: &[usize]) -> f64 {
@@ -701,7 +575,11 @@ impl<'a> Bench<'a> {
     }
 
     /// The same by output, then by recording.
-    fn predicted_by_output(&self, fitted: &Fitted, tracks: &[Track<'_>]) -> Vec<Vec<Vec<f64>>> {
+    pub(super) fn predicted_by_output(
+        &self,
+        fitted: &Fitted,
+        tracks: &[Track<'_>],
+    ) -> Vec<Vec<Vec<f64>>> {
         let mut all = vec![Vec::with_capacity(tracks.len()); self.noise.len()];
         for columns in self.predicted_on(fitted, tracks) {
             for (output, column) in all.iter_mut().zip(columns) {
@@ -800,7 +678,7 @@ impl<'a> Bench<'a> {
             ..model.clone()
         };
         let residuals = self.residuals_of(&other);
-        other.mean_square = self.mean_squares(&other, &residuals, &self.shaken.tracks());
+        other.mean_square = self.mean_squares(&other, &residuals);
         other
     }
 
@@ -841,8 +719,7 @@ impl<'a> Bench<'a> {
         let Some(judged) = judged else {
             return vec![FoldSquares::failed(folds.len()); self.noise.len()];
         };
-        let scales =
-            self.squares_of_own_noise(full, &self.residuals_of(full), &self.shaken.tracks());
+        let scales = self.squares_of_own_noise(full, &self.residuals_of(full));
         self.squares_by_fold(&scales, |fold, output, recording| {
             &judged[fold][output][recording]
         })
@@ -851,7 +728,7 @@ impl<'a> Bench<'a> {
     /// Squared residuals of a model per output and fold.
     pub fn by_fold(&self, model: &Fitted) -> Vec<FoldSquares> {
         let residuals = self.residuals_of(model);
-        let scales = self.squares_of_own_noise(model, &residuals, &self.shaken.tracks());
+        let scales = self.squares_of_own_noise(model, &residuals);
         self.squares_by_fold(&scales, |_, output, recording| {
             &residuals[output][recording]
         })
@@ -892,7 +769,7 @@ fn replaced(values: &[f64], places: &[usize], numbers: &[f64]) -> Vec<f64> {
 }
 
 /// Of residuals by output and recording, the mean square of each output, SI squared.
-fn mean_squares(residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
+pub(super) fn mean_squares(residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let of_output = |columns: &Vec<Vec<f64>>| {
         let rows = columns.iter().flatten();
         let finite = rows.filter(|residual| residual.is_finite());
@@ -976,8 +853,6 @@ pub(super) fn integrated_autocorrelation(column: &[f64]) -> f64 {
 mod tests {
     use super::super::{candidates, drawn, search};
     use super::*;
-    use crate::fit::{LeastSquares, NormalEquations, ResidualSums, RowWeighting};
-    use crate::recording::Recording;
     use truth_plant::{Kind, Request, Strength};
 
     /// Recordings that begin with a step: a spool that is late follows the command before
@@ -1002,109 +877,6 @@ mod tests {
             for (left, noise) in left.iter().zip(&bench.noise) {
                 assert!(*left < 1.5 * noise * noise, "{effect}: {left} of {noise}");
             }
-        }
-    }
-
-    /// Friction by pressure under ten times the usual noise, of which it makes less by taking all
-    /// forces down.
-    fn friction_by_pressure_under_noise() -> (Rig, Vec<Recording>, f64) {
-        let request = Request::new(1, Kind::Single).with_noise(10.0);
-        let request = request.with_effect("pressure-dependent-friction").unwrap();
-        let request = request.with_strength(Strength::Medium);
-        let truth = request.draw().truth.effects[0].parameters["per_pressure_difference_N_Pa"];
-        let (rig, recordings) = drawn::read(&request);
-        (rig, recordings, truth)
-    }
-
-    /// 1.3 N/bar came out as 7.6 +- 1.3: least squares in newtons prefer forces scaled down.
-    #[test]
-    fn regress_noise_of_the_forces_is_no_friction() {
-        let (rig, recordings, truth) = friction_by_pressure_under_noise();
-        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
-        let effect = "pressure-dependent-friction";
-        let set = [drawn::tried(&bench, effect, "force-balance")];
-        let model = bench.fit(&set, Some(&baseline)).unwrap();
-        let key = "effects.pressure-dependent-friction.per_pressure_difference_N_Pa";
-        let place = model.place(key).unwrap();
-        let (found, known_to) = (
-            model.values[place],
-            model.standard_deviations[place].unwrap(),
-        );
-        println!("{found} +- {known_to} of {truth}");
-        assert!((found - truth).abs() < 2.0 * known_to);
-        assert!((found - truth).abs() < 2e-5, "N/Pa: 2 N/bar");
-    }
-
-    #[test]
-    fn val_derivatives_in_own_noise_are_differences() {
-        let (rig, recordings, _) = friction_by_pressure_under_noise();
-        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
-        bench.with_model(&baseline, |problem| {
-            let begun: Vec<f64> = baseline.values.iter().map(|value| 0.9 * value).collect();
-            let around = |values: &[f64]| {
-                let noise = bench.in_own_noise_around(&[], values, *problem);
-                noise.unwrap()
-            };
-            let (mut problem, mut there) = (around(&begun), around(&baseline.values));
-            let mut equations = NormalEquations::new(baseline.values.len(), RowWeighting::Squares);
-            problem.accumulate(&baseline.values, &mut equations);
-            let mut cost = |place: usize, by: f64| {
-                let mut values = baseline.values.clone();
-                values[place] += by;
-                let mut sums = ResidualSums::new(RowWeighting::Squares);
-                problem.accumulate_cost(&values, &mut sums);
-                sums.cost()
-            };
-            // A tenth away it is what it is there.
-            let mut sums = ResidualSums::new(RowWeighting::Squares);
-            there.accumulate_cost(&baseline.values, &mut sums);
-            let ratio = cost(0, 0.0) / sums.cost();
-            assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
-            for (place, name) in baseline.names.iter().enumerate() {
-                let by = 1e-3 * baseline.values[place];
-                let difference = (cost(place, by) - cost(place, -by)) / (2.0 * by);
-                let curved = equations.cost_curvature()[(place, place)];
-                let apart = (equations.gradient()[place] - difference) / curved.sqrt();
-                println!("{name}: {} {difference}", equations.gradient()[place]);
-                assert!(apart.abs() < 0.05, "{name}: {apart} deviations");
-            }
-        });
-    }
-
-    /// Under ten times the noise a gauge that was off was a friction of 16 N/bar, with the mass 18
-    /// deviations down: that takes a third off all forces, their noise with them.
-    #[test]
-    fn regress_what_takes_the_forces_down_with_their_noise_explains_nothing() {
-        let (rig, recordings) = drawn::weak_offset_under_noise();
-        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
-        let set = [drawn::tried(
-            &bench,
-            "pressure-dependent-friction",
-            "force-balance",
-        )];
-        let begun = bench.begun(&set, &baseline, 0);
-        let area_m2 = rig.value("cylinder.area_a_m2").unwrap();
-        let smaller = |(name, &value): (&String, &f64)| match name.as_str() {
-            "friction.stribeck_velocity_m_s" => value,
-            name if name.ends_with("per_pressure_difference_N_Pa") => area_m2 / 3.0,
-            name if name.starts_with("effects.") => 0.0,
-            _ => value * 2.0 / 3.0,
-        };
-        let values = begun.names.iter().zip(&begun.values).map(smaller).collect();
-        let smaller = bench.with_values(&begun, values);
-        let in_newtons = |model: &Fitted| mean_squares(&bench.residuals_of(model))[0];
-        // By two thirds squared; 0.46 and 0.90.
-        assert!(in_newtons(&smaller) < 0.6 * in_newtons(&baseline));
-        assert!(smaller.mean_square[0] > 0.8 * baseline.mean_square[0]);
-        let refitted = bench.with_values(&baseline, baseline.values.clone());
-        for (square, known) in refitted.mean_square.iter().zip(&baseline.mean_square) {
-            assert!(
-                (square / known - 1.0).abs() < 1e-9,
-                "its noise is the bench's"
-            );
         }
     }
 

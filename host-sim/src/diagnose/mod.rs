@@ -33,6 +33,7 @@ mod misfit;
 pub mod next_experiment;
 pub mod noise;
 mod null;
+mod own_noise;
 mod phrase;
 pub mod proof;
 mod prospect;
