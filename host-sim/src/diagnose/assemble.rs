@@ -24,9 +24,6 @@ use std::collections::BTreeMap;
 /// place of effects of no list up to 55 %; chosen between.
 const EXPLAINED: f64 = 0.65;
 
-/// Held-out error over the noise floor from which a reader is told.
-const UNEXPLAINED: f64 = 2.0;
-
 /// What commands between the rows would leave, over what is missed, that a reader is told of:
 /// with half to four fifths of the commands left out it came to 0.6 to 8 times.
 const LOST_COMMANDS: std::ops::Range<f64> = 0.3..10.0;
@@ -584,19 +581,16 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
 
 /// What held-out data leave open, where something is named.
 fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String> {
-    let of = |figures: &FitFigures, signal| figures.free_run_held_out.get(signal).copied();
     if laws.iter().all(|law| law.improved.set.is_empty()) {
         return Vec::new();
     }
     let outputs = laws.iter().flat_map(|law| law.law.outputs(rig));
     let note = |output: Output| {
         let signal = output.signal;
-        let times = of(&fit.improved, signal)? / of(&fit.noise_floor, signal)?;
-        (times > UNEXPLAINED).then(|| {
-            format!(
-                "{signal}: {times:.1} times the noise floor is still unexplained on held-out data"
-            )
-        })
+        let times = fit.times_the_floor(signal)?;
+        Some(format!(
+            "{signal}: {times:.1} times the noise floor is still unexplained on held-out data"
+        ))
     };
     outputs.filter_map(note).collect()
 }

@@ -5,6 +5,8 @@ use super::{Diagnosis, words};
 use crate::laws::Output;
 use crate::units::shown;
 
+const NOTHING_NEEDED: &str = "Nothing is needed for this verdict; recordings at other speeds and pressures would test it further.";
+
 /// What, where, how sure, how much better, what next: a word and a line each.
 pub fn five_lines(diagnosis: &Diagnosis) -> [(&'static str, String); 5] {
     let verdict = &diagnosis.verdict;
@@ -95,6 +97,9 @@ fn improvement(diagnosis: &Diagnosis) -> String {
 fn next(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let is_proved = !diagnosis.held_out.is_empty();
+    if let Some(experiment) = &verdict.next_experiment {
+        return experiment.clone();
+    }
     let default = match verdict.verdict {
         Kind::DataFault => "Mend the recording and run again.",
         Kind::NothingMissing | Kind::Named if !is_proved => {
@@ -103,12 +108,27 @@ fn next(diagnosis: &Diagnosis) -> String {
         Kind::Unknown => {
             "Record the same motion at other speeds and pressures: the shape of the missing term will tell."
         }
-        _ => {
-            "Nothing is needed for this verdict; recordings at other speeds and pressures would test it further."
-        }
+        Kind::Named => return after_a_name(diagnosis),
+        _ => NOTHING_NEEDED,
     };
-    verdict
-        .next_experiment
-        .clone()
-        .unwrap_or_else(|| default.into())
+    default.into()
+}
+
+/// Something is named; what it leaves may hold something smaller.
+fn after_a_name(diagnosis: &Diagnosis) -> String {
+    let left = |output: Output| {
+        let times = diagnosis.verdict.fit.times_the_floor(output.signal)?;
+        Some(format!(
+            "{} ({times:.1} times its noise floor)",
+            output.signal
+        ))
+    };
+    let left: Vec<String> = diagnosis.outputs().into_iter().filter_map(left).collect();
+    if left.is_empty() {
+        return NOTHING_NEEDED.into();
+    }
+    format!(
+        "What is named needs nothing more. Something smaller is left of {}, and no effect of the list was seen to take it away: recordings at other speeds and pressures may show which does.",
+        left.join(" and ")
+    )
 }

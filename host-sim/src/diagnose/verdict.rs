@@ -130,6 +130,19 @@ pub struct Fit {
     pub noise_floor: FitFigures,
 }
 
+/// Held-out error over the noise floor from which a reader is told.
+const UNEXPLAINED: f64 = 2.0;
+
+impl Fit {
+    /// How many times the noise floor the free run of the improved model leaves of a signal in
+    /// held-out recordings, where that is so much that a reader is told.
+    pub(super) fn times_the_floor(&self, signal: &str) -> Option<f64> {
+        let of = |figures: &FitFigures| figures.free_run_held_out.get(signal).copied();
+        let times = of(&self.improved)? / of(&self.noise_floor)?;
+        (times > UNEXPLAINED).then_some(times)
+    }
+}
+
 /// One parameter through the three models.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameter {
