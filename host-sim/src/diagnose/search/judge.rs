@@ -142,6 +142,15 @@ impl<'a> Judge<'a> {
             })
     }
 
+    /// Whether all but a little is explained by a load in its play: its blows, which no model
+    /// meets, are what is left. (One that is there for half of the time explains no more than half.)
+    pub(super) fn leaves_blows(&self, fitted: &Fitted) -> bool {
+        let mut effects = fitted.set.iter().map(|&one| &self.bench.candidates[one]);
+        let above = |model: &Fitted| model.energy_above(&self.bench.noise);
+        effects.any(|effect| effect.is_rough)
+            && above(fitted) <= NEXT_TO_NOTHING * above(self.baseline)
+    }
+
     /// Whether what a model leaves is noise, in every output.
     pub(super) fn is_noise(&self, fitted: &Fitted) -> bool {
         let outputs = fitted.mean_square.iter().zip(&self.bench.noise);

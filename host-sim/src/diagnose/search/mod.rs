@@ -182,7 +182,8 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     };
     // Two effects that are there always can imitate one that is not.
     let improved = &outcome.improved;
-    let is_plain = improved.set.len() < 2 && judge.is_explained(improved);
+    let is_plain =
+        improved.set.len() < 2 && judge.is_explained(improved) || judge.leaves_blows(improved);
     if !is_plain && !judge.is_noise(improved) {
         progress("effects that are there for a part of the time");
         if let Some(found) = intermittent(&mut judge, improved) {
