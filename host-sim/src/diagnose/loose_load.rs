@@ -63,9 +63,22 @@ pub(super) fn refined(searched: &Bench<'_>, baseline: &Fitted, model: &Fitted) -
     let (mut begun, mut kept) = refined(model.clone())?;
     let mut needless = Vec::new();
     for companion in without(&model.set, candidate) {
-        let fewer = searched.without(&begun, companion).and_then(refined);
-        if let Some(fewer) = fewer.filter(|(_, fewer)| windows.are_met_by(searched, fewer, &kept)) {
-            (begun, kept) = fewer;
+        let Some(fewer) = searched.without(&begun, companion) else {
+            continue;
+        };
+        let mut ends: Vec<Fitted> = [
+            windows.refined(searched, &fewer),
+            windows.led_on(searched, &fewer, &kept),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        windows.best_first(&mut ends);
+        let Some(end) = ends.into_iter().next() else {
+            continue;
+        };
+        if windows.are_met_by(searched, &end, &kept) {
+            (begun, kept) = (fewer, end);
             needless.push(companion);
         }
     }
@@ -134,6 +147,13 @@ impl<'a> Windows<'a> {
         is_better.then(|| in_terms_of(searched, model, &best))
     }
 
+    /// A model of the balance with the numbers to which those of one with more effects lead on: there
+    /// are many hollows, and beside an effect that came to nothing it stands in the same.
+    fn led_on(&self, searched: &Bench<'_>, model: &Fitted, from: &Fitted) -> Option<Fitted> {
+        let end = self.followed(&self.bench.restricted(from, &model.set), 0.5)?;
+        Some(in_terms_of(searched, model, &end))
+    }
+
     /// Whether a model with fewer effects meets windows and break-aways as well, each of its
     /// numbers less counted as much as in Schwarz's criterion. What the balance found beside a load
     /// that it has wrong may make up for that: a contact six times too soft had a friction by
@@ -175,7 +195,8 @@ impl<'a> Windows<'a> {
 
     /// Sorts models by their costs, each a run of all recordings and so counted once.
     fn best_first(&self, models: &mut Vec<Fitted>) {
-        let costly = models.drain(..).map(|model| (self.cost(&model), model));
+        let cost = |model: &Fitted| self.cost(&self.bench.restricted(model, &model.set));
+        let costly = models.drain(..).map(|model| (cost(&model), model));
         let mut costly: Vec<(f64, Fitted)> = costly.collect();
         costly.sort_by(|a, b| a.0.total_cmp(&b.0));
         models.extend(costly.into_iter().map(|(_, model)| model));
