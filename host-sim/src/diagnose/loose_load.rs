@@ -56,28 +56,14 @@ pub(super) fn refined(searched: &Bench<'_>, baseline: &Fitted, model: &Fitted) -
     let mut bench = Bench::new(Law::Carriage, searched.rig, searched.tracks);
     bench.candidates.clone_from(&searched.candidates);
     let windows = Windows::new(&bench, &bench.restricted(model, &model.set))?;
-    let refined = |begun: Fitted| {
-        let model = windows.refined(searched, &begun)?;
-        Some((begun, model))
-    };
-    let (mut begun, mut kept) = refined(model.clone())?;
+    let (mut begun, mut kept) = (model.clone(), windows.refined(searched, model)?);
     let mut needless = Vec::new();
     for companion in without(&model.set, candidate) {
         let Some(fewer) = searched.without(&begun, companion) else {
             continue;
         };
-        let mut ends: Vec<Fitted> = [
-            windows.refined(searched, &fewer),
-            windows.led_on(searched, &fewer, &kept),
-        ]
-        .into_iter()
-        .flatten()
-        .collect();
-        windows.best_first(&mut ends);
-        let Some(end) = ends.into_iter().next() else {
-            continue;
-        };
-        if windows.are_met_by(searched, &end, &kept) {
+        let end = windows.ended(searched, &fewer, &kept);
+        if let Some(end) = end.filter(|end| windows.are_met_by(searched, end, &kept)) {
             (begun, kept) = (fewer, end);
             needless.push(companion);
         }
@@ -147,11 +133,19 @@ impl<'a> Windows<'a> {
         is_better.then(|| in_terms_of(searched, model, &best))
     }
 
-    /// A model of the balance with the numbers to which those of one with more effects lead on: there
-    /// are many hollows, and beside an effect that came to nothing it stands in the same.
-    fn led_on(&self, searched: &Bench<'_>, model: &Fitted, from: &Fitted) -> Option<Fitted> {
-        let end = self.followed(&self.bench.restricted(from, &model.set), 0.5)?;
-        Some(in_terms_of(searched, model, &end))
+    /// A model of the balance where it meets the windows best: refined by itself, or led on from the
+    /// numbers of one with more effects. (There are many hollows, and beside an effect that came to
+    /// nothing it stands in the same.)
+    fn ended(&self, searched: &Bench<'_>, model: &Fitted, more: &Fitted) -> Option<Fitted> {
+        let led_on = self.followed(&self.bench.restricted(more, &model.set), 0.5);
+        let led_on = led_on.map(|end| in_terms_of(searched, model, &end));
+        let ends = [self.refined(searched, model), led_on];
+        let costly = ends.into_iter().flatten().map(|end| {
+            let of_windows = self.bench.restricted(&end, &end.set);
+            (self.cost(&of_windows), end)
+        });
+        let best = costly.min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, end)| end)
     }
 
     /// Whether a model with fewer effects meets windows and break-aways as well, each of its
@@ -195,8 +189,7 @@ impl<'a> Windows<'a> {
 
     /// Sorts models by their costs, each a run of all recordings and so counted once.
     fn best_first(&self, models: &mut Vec<Fitted>) {
-        let cost = |model: &Fitted| self.cost(&self.bench.restricted(model, &model.set));
-        let costly = models.drain(..).map(|model| (cost(&model), model));
+        let costly = models.drain(..).map(|model| (self.cost(&model), model));
         let mut costly: Vec<(f64, Fitted)> = costly.collect();
         costly.sort_by(|a, b| a.0.total_cmp(&b.0));
         models.extend(costly.into_iter().map(|(_, model)| model));

@@ -97,21 +97,18 @@ fn improvement(diagnosis: &Diagnosis) -> String {
 fn next(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let is_proved = !diagnosis.held_out.is_empty();
-    if let Some(experiment) = &verdict.next_experiment {
-        return experiment.clone();
-    }
     let default = match verdict.verdict {
-        Kind::DataFault => "Mend the recording and run again.",
+        Kind::DataFault => "Mend the recording and run again.".into(),
         Kind::NothingMissing | Kind::Named if !is_proved => {
             return "Give recordings that were not fitted to with --held-out: nothing proves this verdict yet.".into();
         }
         Kind::Unknown => {
-            "Record the same motion at other speeds and pressures: the shape of the missing term will tell."
+            "Record the same motion at other speeds and pressures: the shape of the missing term will tell.".into()
         }
-        Kind::Named => return after_a_name(diagnosis),
-        _ => NOTHING_NEEDED,
+        Kind::Named => after_a_name(diagnosis),
+        _ => NOTHING_NEEDED.into(),
     };
-    default.into()
+    verdict.next_experiment.clone().unwrap_or(default)
 }
 
 /// Something is named; what it leaves may hold something smaller.

@@ -49,9 +49,6 @@ const LEAST_LOAD: f64 = 0.02;
 /// hundredth that is asked of one alone, tenfold.
 pub(super) const CHANCE: f64 = 1e-3;
 
-/// So many standard deviations are taken for more than chance, where nothing is named for it.
-const BEYOND_CHANCE: f64 = 2.0;
-
 /// Cross-validated squares per output.
 type Judged = Vec<FoldSquares>;
 
@@ -80,7 +77,7 @@ impl<'a> Judge<'a> {
             ranked: Vec::new(),
             fits: 0,
             told_from_noise: bench.told_from_noise(baseline),
-            told_of_events: told_of_events(bench, baseline),
+            told_of_events: bench.told_of_events(baseline),
         }
     }
 
@@ -393,18 +390,6 @@ impl<'a> Judge<'a> {
         all.zip(model.at_bound.iter().copied())
             .filter(move |(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
     }
-}
-
-/// How far beyond the noise chance takes the mean square of so few events as a balance has. (A load
-/// on its spring left 1.28 of the noise's energy at 40 break-aways, and a minute went by with sets
-/// of two and with effects that come and go.)
-fn told_of_events(bench: &Bench<'_>, baseline: &Fitted) -> f64 {
-    let residuals = bench.residuals_of(baseline);
-    let outputs = residuals.iter().enumerate();
-    let of_events = outputs.filter(|(output, _)| bench.is_of_events(*output));
-    let rows = of_events.flat_map(|(_, columns)| columns.iter().flatten());
-    let events = rows.filter(|residual| residual.is_finite()).count();
-    BEYOND_CHANCE * (2.0 / events.max(1) as f64).sqrt()
 }
 
 /// Whether the mass of a load is nought within what it is known to, or next to nothing beside
