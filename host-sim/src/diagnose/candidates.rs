@@ -581,6 +581,11 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
         .as_ref()
         .and_then(|valve| valve.exhaust_area_m2.last().copied())
         .unwrap_or(1e-5);
+    // From a limit alike in both directions a fit does not find one that is tighter in one of them.
+    let limits_per_s = [500.0, 100.0, 30.0].map(|limit| (limit, limit));
+    let uneven_per_s = [(200.0, 60.0), (60.0, 200.0), (60.0, 20.0), (20.0, 60.0)];
+    let limits_per_s = limits_per_s.into_iter().chain(uneven_per_s);
+    let (rising_per_s, falling_per_s): (Vec<f64>, Vec<f64>) = limits_per_s.unzip();
     let mut all = vec![
         Candidate::new("tube-line", &["valve-flow"])
             .free("length_m", (SHORTEST_TUBE_M, 10.0), &[0.5, 2.0])
@@ -598,8 +603,8 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
             )
             .free("damping_ratio", (0.3, 2.0), &[0.7]),
         Candidate::new("slew-limit", &["valve-command"])
-            .free("rising_per_s", (1.0, 1e4), &[500.0, 100.0, 30.0])
-            .free("falling_per_s", (1.0, 1e4), &[500.0, 100.0, 30.0]),
+            .free("rising_per_s", (1.0, 1e4), &rising_per_s)
+            .free("falling_per_s", (1.0, 1e4), &falling_per_s),
         Candidate::new("valve-hysteresis", &["valve-command"]).free(
             "width",
             (0.0, 1.0),

@@ -22,6 +22,7 @@ use super::search::without;
 use crate::fit::compass::{self, Varied};
 use crate::fit::law_problem::{FreeParameter, windows};
 use crate::laws::{Law, balance, median};
+use rayon::prelude::*;
 
 /// A contact of metal, stiffness in N/m and damping in N s/m: it bounces.
 const HARD_CONTACT: (f64, f64) = (2e5, 100.0);
@@ -125,7 +126,7 @@ impl<'a> Windows<'a> {
         starts.truncate(FOLLOWED);
         starts.push(begun.clone());
         let followed = |start| self.followed(start, 1.0);
-        let mut ends: Vec<Fitted> = starts.iter().filter_map(followed).collect();
+        let mut ends: Vec<Fitted> = starts.par_iter().filter_map(followed).collect();
         self.best_first(&mut ends);
         let mut best = self.followed(ends.first()?, 0.5)?;
         best.standard_deviations = self.deviations(&best, &ends);
@@ -137,10 +138,12 @@ impl<'a> Windows<'a> {
     /// numbers of one with more effects. (There are many hollows, and beside an effect that came to
     /// nothing it stands in the same.)
     fn ended(&self, searched: &Bench<'_>, model: &Fitted, more: &Fitted) -> Option<Fitted> {
-        let led_on = self.followed(&self.bench.restricted(more, &model.set), 0.5);
-        let led_on = led_on.map(|end| in_terms_of(searched, model, &end));
-        let ends = [self.refined(searched, model), led_on];
-        let costly = ends.into_iter().flatten().map(|end| {
+        let led_on = || {
+            let end = self.followed(&self.bench.restricted(more, &model.set), 0.5)?;
+            Some(in_terms_of(searched, model, &end))
+        };
+        let (refined, led_on) = rayon::join(|| self.refined(searched, model), led_on);
+        let costly = [refined, led_on].into_iter().flatten().map(|end| {
             let of_windows = self.bench.restricted(&end, &end.set);
             (self.cost(&of_windows), end)
         });

@@ -320,7 +320,7 @@ pub fn diagnose<E>(
                 locate::locate(law.law, rig, &tracks, &law.left_of_held_out(&tracks, rig));
             law.located = above_noise(misfits, &law.floor);
         }
-        if let Some(mended) = known::with_pressures_mended_throughout(&heard, law) {
+        if let Some(mended) = known::with_held_out_pressures_mended(&heard, law) {
             heard = Cow::from(mended);
         }
     }

@@ -49,6 +49,8 @@ pub struct Run {
     pub windows: Vec<Vec<f64>>,
     /// Parameters of this recording that were estimated, by name.
     pub own: Vec<(String, f64)>,
+    /// When the effect that comes and goes was found in it, s.
+    pub spans_s: Vec<(f64, f64)>,
 }
 
 impl Frozen {
@@ -129,6 +131,11 @@ impl Frozen {
             windows,
             predicted,
             own: names.into_iter().zip(values).collect(),
+            spans_s: presence
+                .into_iter()
+                .flat_map(|one| one.spans_s)
+                .flatten()
+                .collect(),
         })
     }
 

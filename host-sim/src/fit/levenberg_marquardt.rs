@@ -188,6 +188,8 @@ pub struct Options {
     pub noise: NoiseVariance,
     /// Limit on trial steps, taken or not.
     pub maximum_iterations: usize,
+    /// Limit on steps taken: each takes derivatives, one that is not taken none.
+    pub maximum_steps: usize,
     /// Converged when the cosine between the residuals and the column of every
     /// parameter that is free to move is below this.
     pub gradient_tolerance: f64,
@@ -207,6 +209,7 @@ impl Default for Options {
             weighting: RowWeighting::Squares,
             noise: NoiseVariance::Estimated,
             maximum_iterations: 200,
+            maximum_steps: usize::MAX,
             gradient_tolerance: 1.0e-10,
             step_tolerance: 1.0e-10,
             cost_tolerance: 1.0e-12,
@@ -282,7 +285,7 @@ pub enum Reason {
     /// No step lowers the cost though the gradient says one should: the rounding of
     /// the model or wrong derivatives. Not converged.
     Stalled,
-    /// The limit on iterations was reached. Not converged; derivatives, and what follows
+    /// A limit on iterations was reached. Not converged; derivatives, and what follows
     /// from them, are those of the last point but one.
     IterationLimit,
 }
@@ -428,6 +431,7 @@ struct Solver<'a, P: ?Sized> {
     /// Factor on the damping at the next rejection; doubles with each.
     damping_growth: f64,
     iterations: usize,
+    steps: usize,
     cost_history: Vec<f64>,
 }
 
@@ -449,6 +453,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
             damping: options.initial_damping,
             damping_growth: 2.0,
             iterations: 0,
+            steps: 0,
             cost_history: vec![point.cost],
             point,
         };
@@ -461,7 +466,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
             if self.projected_gradient() <= self.options.gradient_tolerance {
                 return Reason::Gradient;
             }
-            if self.iterations >= self.options.maximum_iterations {
+            if self.is_at_limit(self.steps) {
                 return Reason::IterationLimit;
             }
             self.iterations += 1;
@@ -469,6 +474,10 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
                 return reason;
             }
         }
+    }
+
+    fn is_at_limit(&self, steps: usize) -> bool {
+        self.iterations >= self.options.maximum_iterations || steps >= self.options.maximum_steps
     }
 
     /// One trial step, taken or not.
@@ -481,7 +490,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
         let gain_ratio = decrease / trial.predicted_decrease;
         let accepted = decrease > 0.0 && gain_ratio > LEAST_GAIN_RATIO;
         let verdict = self.convergence(&trial, decrease, accepted);
-        let is_last = verdict.is_none() && self.iterations >= self.options.maximum_iterations;
+        let is_last = verdict.is_none() && self.is_at_limit(self.steps + 1);
         let next = if !accepted {
             None
         } else if is_last {
@@ -537,6 +546,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
 
     fn accept(&mut self, point: Point, gain_ratio: f64) {
         self.point = point;
+        self.steps += 1;
         self.cost_history.push(self.point.cost);
         self.update_scaling();
         // Nielsen's rule: a smooth curve from 1/3 at a good prediction to a rise at a poor one.

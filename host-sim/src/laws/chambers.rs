@@ -173,12 +173,16 @@ const SILENCER_START: InitialState = InitialState {
 /// it. Recordings often begin with the step that is to be looked at.
 fn command_start(rig: &Rig, recording: &Recording) -> Option<InitialState> {
     let first = *recording.signal("u")?.first()?;
-    let reach = *rig.valve.as_ref()?.opening_v.last()?;
+    let valve = rig.valve.as_ref()?;
+    let reach = *valve.opening_v.last()?;
+    // Beyond its whole stroke a valve does not tell one command from another: a fit that went
+    // there did not come back.
+    let null = valve.null_v;
     Some(InitialState {
         name: "earlier command",
         guess: first,
         standard_deviation: EARLIER_COMMAND_SHARE * reach,
-        bounds: (first - 4.0 * reach, first + 4.0 * reach),
+        bounds: (first.min(null - reach), first.max(null + reach)),
         measured_by: None,
         read_by: None,
     })

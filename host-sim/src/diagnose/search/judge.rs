@@ -3,9 +3,11 @@
 use super::evidence::{
     Evidence, by_chance_without_one, explained_probability, log_gain, probability,
 };
+use crate::diagnose::candidates::Candidate;
 use crate::diagnose::fitted::{Bench, Fitted, Set};
 use crate::diagnose::fold_squares::FoldSquares;
 use crate::diagnose::materiality::Mark;
+use crate::diagnose::misfit::ERROR_OF_FORM;
 use crate::fit::Presence;
 use crate::laws::{Law, balance, median_step_s};
 
@@ -264,6 +266,9 @@ impl<'a> Judge<'a> {
         let to_the_noise = self.bench.is_long()
             && !self.is_noise(without)
             && (self.is_noise(with) || self.takes_the_rest(with, without));
+        let is_material = share >= MATERIAL_SHARE
+            || to_the_noise
+            || self.takes_more_than_a_form(with, without, helped);
         // What is not named cannot be named wrongly: it need only help.
         let others = if is_told { with.set.len() - 1 } else { 0 };
         // Creep is too near to sticking to be met to its noise by any form: what shows in it
@@ -275,7 +280,7 @@ impl<'a> Judge<'a> {
         let is_plain = !at_bound
             && !is_chance
             && gain > 0.0
-            && (share >= MATERIAL_SHARE || to_the_noise)
+            && is_material
             && if self.bench.is_long() {
                 ratio <= plain_ratio(rivals)
             } else {
@@ -309,6 +314,12 @@ impl<'a> Judge<'a> {
     fn takes_the_rest(&self, with: &Fitted, without: &Fitted) -> bool {
         let left = |fitted: &Fitted| fitted.energy_above(&self.bench.noise);
         left(with) <= NEXT_TO_NOTHING * left(without)
+    }
+
+    /// Whether it takes away more of an output than the form of another effect leaves.
+    fn takes_more_than_a_form(&self, with: &Fitted, without: &Fitted, output: usize) -> bool {
+        let taken = self.bench.excess(without, output) - self.bench.excess(with, output);
+        self.bench.is_long() && taken > ERROR_OF_FORM
     }
 
     /// Probability that chance lowers the squares of so few events as far as the numbers do
@@ -368,7 +379,22 @@ impl<'a> Judge<'a> {
         !free.is_empty()
             && (own.all(|(_, at_bound)| at_bound)
                 || self.is_another(model, candidate)
+                || self.is_nought(model, candidate)
                 || is_no_load(self.bench, model, candidate))
+    }
+
+    /// Whether every size of an effect that has no other numbers is nought within what it is known
+    /// to: whatever it explains, some other number does.
+    fn is_nought(&self, model: &Fitted, candidate: usize) -> bool {
+        let Candidate { free, marks, .. } = &self.bench.candidates[candidate];
+        let is_nought = |(key, mark): &(String, Mark)| {
+            let Some(place) = model.place(key).filter(|_| matches!(mark, Mark::From(_))) else {
+                return false;
+            };
+            let known_to = model.standard_deviations[place].unwrap_or(0.0);
+            model.values[place].abs() < known_to
+        };
+        !marks.is_empty() && marks.len() == free.len() && marks.iter().all(is_nought)
     }
 
     /// Whether a decisive number of an effect stands on its bound: a play of nought is
@@ -415,5 +441,34 @@ pub(in crate::diagnose) fn plain_ratio(others: usize) -> f64 {
         PLAIN_RATIO_AMONG_MANY
     } else {
         PLAIN_RATIO
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::drawn;
+    use crate::laws::Track;
+    use truth_plant::{Kind, Request};
+
+    /// A friction of 0.04 +- 0.14 N/bar was kept beside a load in its play, with 0.95.
+    #[test]
+    fn regress_a_size_of_nought_within_its_deviation_is_none() {
+        let (rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
+        let seal = drawn::tried(&bench, "pressure-dependent-friction", "force-balance");
+        let model = bench.fit(&[seal], Some(&baseline)).unwrap();
+        let judge = Judge::new(&bench, &baseline);
+        let sized = |deviations: [f64; 2]| {
+            let mut values = model.values.clone();
+            for (free, deviations) in bench.candidates[seal].free.iter().zip(deviations) {
+                let place = model.place(&free.key).unwrap();
+                values[place] = deviations * model.standard_deviations[place].unwrap();
+            }
+            judge.is_nought(&bench.with_values(&model, values), seal)
+        };
+        assert!(sized([0.3, -0.9]));
+        assert!(!sized([0.3, 2.0]));
     }
 }

@@ -164,7 +164,6 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     progress("judging each effect by data left out of the fit");
     let (improved, kept) = eliminate(&mut judge, start);
     let (improved, kept) = settle(&mut judge, improved, kept, progress);
-    let (improved, kept) = overtaken(&mut judge, improved, kept, progress);
     let mut evidence = kept;
     let mut declined = declined_evidence(&mut judge, &improved);
     declined.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -320,30 +319,6 @@ fn exchange(
         }
     }
     (model, evidence)
-}
-
-/// Where much is left, the right effect may have been ranked too low to be fitted to its end: it
-/// is looked for among all of them, and grown from as the first ones were.
-fn overtaken(
-    judge: &mut Judge<'_>,
-    model: Fitted,
-    evidence: Vec<Evidence>,
-    progress: &dyn Fn(&str),
-) -> (Fitted, Vec<Evidence>) {
-    if judge.is_explained(&model) {
-        return (model, evidence);
-    }
-    progress("the effects that were ranked too low to be fitted to their end");
-    let Some(single) = judge.overtaking() else {
-        return (model, evidence);
-    };
-    let (single, kept) = eliminate(judge, single);
-    let (other, kept) = settle(judge, single, kept, progress);
-    if judge.leads(&other, &model) {
-        (other, kept)
-    } else {
-        (model, evidence)
-    }
 }
 
 /// What each effect that was not accepted would add to the accepted ones.
@@ -547,6 +522,21 @@ mod tests {
         let outcome = search(&bench, &baseline, &|_| ());
         let seal = drawn::tried(&bench, "dwell-stiction", "force-balance");
         assert_eq!(outcome.improved.set, [seal]);
+    }
+
+    /// Beside a friction of direction a strong play was 1 % of what was missing, and not material: a
+    /// free run was left 25 times its noise.
+    #[test]
+    fn regress_what_is_more_than_a_form_leaves_is_material() {
+        let strong = Strength::Strong;
+        let (rig, recordings) = drawn::of_kind(Kind::Pair, 11, strong, "load-backlash");
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
+        let outcome = search(&bench, &baseline, &|_| ());
+        for effect in ["load-backlash", "direction-dependent-friction"] {
+            let index = drawn::tried(&bench, effect, "force-balance");
+            assert!(outcome.improved.set.contains(&index), "{effect}");
+        }
     }
 
     #[test]

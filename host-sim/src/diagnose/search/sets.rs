@@ -2,7 +2,7 @@
 
 use super::judge::{Judge, PLAIN_RATIO};
 use crate::diagnose::candidates::twins;
-use crate::diagnose::fitted::{Fitted, Set};
+use crate::diagnose::fitted::{Fitted, STEPS_FROM_GIVEN, Set};
 use crate::diagnose::prospect::{self, PROMISING};
 use crate::laws::Law;
 use rayon::prelude::*;
@@ -91,27 +91,13 @@ impl Judge<'_> {
         promised
     }
 
-    /// The best of the single effects that were ranked only, fitted to their end now, if it leaves
-    /// less than each of those that were.
-    pub(super) fn overtaking(&mut self) -> Option<Fitted> {
-        let candidates = &self.bench.candidates;
-        let effect = |index: &usize| candidates[*index].effect;
-        let is_single = |one: &Fitted| {
-            one.set
-                .iter()
-                .all(|index| effect(index) == effect(&one.set[0]))
-        };
-        let (rest, ranked) = self.ranked.drain(..).partition(is_single);
-        self.ranked = ranked;
-        let known = self.fitted.iter().filter(|one| is_single(one)).cloned();
-        let known = self.best(known.collect());
-        let finish = |one: &Fitted| self.finished(one);
-        let finished: Vec<Fitted> = rest.par_iter().filter_map(finish).collect();
-        self.fits += finished.len();
-        self.fitted.extend(finished.iter().cloned());
-        let best = self.best(finished).into_iter().next()?;
-        let leads = |known: &Fitted| self.leads(&best, known);
-        known.first().is_none_or(leads).then_some(best)
+    /// A set that is not fitted to its end, from the rig as given or beside other effects.
+    fn ranked(&self, (set, parent): &(Set, &Fitted)) -> Option<Fitted> {
+        if parent.set.is_empty() {
+            self.bench.ranked_by(set, parent, STEPS_FROM_GIVEN)
+        } else {
+            self.bench.ranked(set, parent)
+        }
     }
 
     /// Every parent with every candidate that it does not have. On long
@@ -132,7 +118,7 @@ impl Judge<'_> {
             jobs = self.promising(jobs, parent);
         }
         let children: Vec<Fitted> = if self.bench.is_long() {
-            let rank = |(set, parent): &(Set, &Fitted)| bench.ranked(set, parent);
+            let rank = |job: &(Set, &Fitted)| self.ranked(job);
             let mut ranked: Vec<Fitted> = jobs.par_iter().filter_map(rank).collect();
             ranked.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
             let finalists = if bench.law == Law::Balance {
@@ -350,4 +336,34 @@ pub(in crate::diagnose) fn with(set: &Set, candidate: usize) -> Set {
 pub(in crate::diagnose) fn without(set: &Set, candidate: usize) -> Set {
     let others = set.iter().copied();
     others.filter(|&one| one != candidate).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::drawn;
+    use crate::laws::Track;
+    use truth_plant::{Kind, Request, Strength};
+
+    /// Trial steps that were not taken counted as much as those that were: after three of them one
+    /// was the last of 24 effects, and the other was found by way of sets of three.
+    #[test]
+    fn regress_a_slew_limit_is_found_alone() {
+        let uneven = Request::new(54_048_137, Kind::OtherForm).with_noise(1.0);
+        let uneven = uneven.with_effect("slew-limit").unwrap();
+        let uneven = drawn::read(&uneven.with_strength(Strength::Strong));
+        let even = drawn::of_kind(Kind::Single, 3_023_015_516, Strength::Medium, "slew-limit");
+        for (rig, recordings) in [uneven, even] {
+            let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+            let (bench, baseline) = drawn::chambers(&rig, &tracks);
+            let mut judge = Judge::new(&bench, &baseline);
+            let singles = judge.singles();
+            let best = judge.best(singles).swap_remove(0);
+            assert_eq!(
+                best.set,
+                [drawn::tried(&bench, "slew-limit", "valve-command")]
+            );
+            assert!(bench.leaves_no_more_than_a_form(&best));
+        }
+    }
 }
