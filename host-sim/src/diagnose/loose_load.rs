@@ -164,10 +164,7 @@ impl<'a> Windows<'a> {
     /// The cost of windows and break-aways together, and how many there are.
     fn missed(&self, searched: &Bench<'_>, model: &Fitted) -> (f64, usize) {
         let noise_n = searched.noise[balance::BREAKAWAY];
-        let events = searched
-            .residuals_of(model)
-            .swap_remove(balance::BREAKAWAY)
-            .concat();
+        let events = searched.missed_at_events(model);
         let told = events.iter().filter(|missing_n| missing_n.is_finite());
         let counted = told.map(|missing_n| (missing_n / noise_n).powi(2).ln_1p());
         let counted: Vec<f64> = counted.collect();

@@ -56,13 +56,20 @@ impl Bench<'_> {
     /// left 1.28 of the noise's energy at 40 break-aways, and a minute went by with sets of two and
     /// with effects that come and go.)
     pub(super) fn told_of_events(&self, baseline: &Fitted) -> f64 {
-        let Some(output) = (0..self.noise.len()).find(|&output| self.is_of_events(output)) else {
+        let rows = self.missed_at_events(baseline);
+        let events = rows.iter().filter(|missed| missed.is_finite()).count();
+        if events == 0 {
             return 0.0;
-        };
-        let residuals = self.residuals_of(baseline);
-        let rows = residuals[output].iter().flatten();
-        let events = rows.filter(|residual| residual.is_finite()).count();
+        }
         TO_THE_NOISE_DEVIATIONS * varies(events)
+    }
+
+    /// What a model misses of single events, SI, by row of all recordings: NaN where there is none.
+    /// Empty of a law without events.
+    pub(super) fn missed_at_events(&self, model: &Fitted) -> Vec<f64> {
+        let of_events = (0..self.noise.len()).find(|&output| self.is_of_events(output));
+        let rows = of_events.map(|output| self.residuals_of(model).swap_remove(output).concat());
+        rows.unwrap_or_default()
     }
 
     /// Whether a model misses so much of an output that effects are looked for in it.

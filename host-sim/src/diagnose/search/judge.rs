@@ -3,7 +3,6 @@
 use super::evidence::{
     Evidence, by_chance_without_one, explained_probability, log_gain, probability,
 };
-use crate::diagnose::candidates::Candidate;
 use crate::diagnose::fitted::{Bench, Fitted, Set};
 use crate::diagnose::fold_squares::FoldSquares;
 use crate::diagnose::materiality::Mark;
@@ -150,6 +149,15 @@ impl<'a> Judge<'a> {
             && above(fitted) <= NEXT_TO_NOTHING * above(self.baseline)
     }
 
+    /// Whether nothing in a model may stand for an effect that comes and goes. Two that are there
+    /// always can imitate one that is not, but not so well.
+    pub(super) fn is_there_always(&self, fitted: &Fitted) -> bool {
+        let left = |fitted: &Fitted| fitted.energy_above(&self.bench.noise);
+        let is_no_imitation = fitted.set.len() < 2
+            || left(fitted) < NEXT_TO_NOTHING * MATERIAL_SHARE * left(self.baseline);
+        self.is_explained(fitted) && is_no_imitation || self.leaves_blows(fitted)
+    }
+
     /// Whether what a model leaves is noise, in every output.
     pub(super) fn is_noise(&self, fitted: &Fitted) -> bool {
         let outputs = fitted.mean_square.iter().zip(&self.bench.noise);
@@ -275,8 +283,7 @@ impl<'a> Judge<'a> {
         // alone is to take most of it away, as among others.
         let is_creep = self.bench.law == Law::Balance && helped == balance::CREEPING;
         let rivals = others + usize::from(is_told && is_creep);
-        let is_chance =
-            self.bench.is_of_events(helped) && self.chance(with, without, helped) > CHANCE;
+        let is_chance = self.bench.is_of_events(helped) && self.chance(with, without) > CHANCE;
         let is_plain = !at_bound
             && !is_chance
             && gain > 0.0
@@ -325,12 +332,12 @@ impl<'a> Judge<'a> {
     /// Probability that chance lowers the squares of so few events as far as the numbers do
     /// that one model has more than the other; without the event that gains most, as a single
     /// one may have been no break-away.
-    fn chance(&self, with: &Fitted, without: &Fitted, output: usize) -> f64 {
-        let squares = |model: &Fitted| -> Vec<f64> {
-            let rows = self.bench.residuals_of(model)[output].concat();
-            rows.iter().map(|residual| residual * residual).collect()
+    fn chance(&self, with: &Fitted, without: &Fitted) -> f64 {
+        let squares = |model: &Fitted| {
+            let rows = self.bench.missed_at_events(model).into_iter();
+            rows.map(|missed| missed * missed)
         };
-        let pairs = squares(without).into_iter().zip(squares(with));
+        let pairs = squares(without).zip(squares(with));
         let told = pairs.filter(|(before, after)| before.is_finite() && after.is_finite());
         let more = with.shared.saturating_sub(without.shared);
         by_chance_without_one(told.collect(), more)
@@ -383,10 +390,10 @@ impl<'a> Judge<'a> {
                 || is_no_load(self.bench, model, candidate))
     }
 
-    /// Whether every size of an effect that has no other numbers is nought within what it is known
-    /// to: whatever it explains, some other number does.
+    /// Whether every size of an effect is nought within what it is known to: whatever it explains,
+    /// some other number does.
     fn is_nought(&self, model: &Fitted, candidate: usize) -> bool {
-        let Candidate { free, marks, .. } = &self.bench.candidates[candidate];
+        let marks = &self.bench.candidates[candidate].marks;
         let is_nought = |(key, mark): &(String, Mark)| {
             let Some(place) = model.place(key).filter(|_| matches!(mark, Mark::From(_))) else {
                 return false;
@@ -394,7 +401,7 @@ impl<'a> Judge<'a> {
             let known_to = model.standard_deviations[place].unwrap_or(0.0);
             model.values[place].abs() < known_to
         };
-        !marks.is_empty() && marks.len() == free.len() && marks.iter().all(is_nought)
+        !marks.is_empty() && marks.iter().all(is_nought)
     }
 
     /// Whether a decisive number of an effect stands on its bound: a play of nought is
@@ -461,12 +468,14 @@ mod tests {
         let model = bench.fit(&[seal], Some(&baseline)).unwrap();
         let judge = Judge::new(&bench, &baseline);
         let sized = |deviations: [f64; 2]| {
-            let mut values = model.values.clone();
-            for (free, deviations) in bench.candidates[seal].free.iter().zip(deviations) {
-                let place = model.place(&free.key).unwrap();
-                values[place] = deviations * model.standard_deviations[place].unwrap();
+            let mut model = model.clone();
+            let marks = bench.candidates[seal].marks.iter();
+            for ((key, mark), deviations) in marks.zip(deviations) {
+                let place = model.place(key).unwrap();
+                model.values[place] = deviations * mark.size();
+                model.standard_deviations[place] = Some(mark.size());
             }
-            judge.is_nought(&bench.with_values(&model, values), seal)
+            judge.is_nought(&model, seal)
         };
         assert!(sized([0.3, -0.9]));
         assert!(!sized([0.3, 2.0]));

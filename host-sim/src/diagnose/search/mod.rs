@@ -179,11 +179,8 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
         rivals,
         fits: judge.fits,
     };
-    // Two effects that are there always can imitate one that is not.
     let improved = &outcome.improved;
-    let is_plain =
-        improved.set.len() < 2 && judge.is_explained(improved) || judge.leaves_blows(improved);
-    if !is_plain && !judge.is_noise(improved) {
+    if !judge.is_there_always(improved) && !judge.is_noise(improved) {
         progress("effects that are there for a part of the time");
         if let Some(found) = intermittent(&mut judge, improved) {
             outcome.decline_all();
@@ -200,7 +197,7 @@ fn grow(judge: &mut Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) ->
     let mut best = beam.first()?.clone();
     let mut stale = 0;
     for size in 2..=LARGEST_SET {
-        if stale == judge.patience() || judge.is_explained(&best) {
+        if stale == judge.patience() || judge.is_explained(&best) || judge.leaves_blows(&best) {
             break;
         }
         progress(&format!("sets of {size} effects"));
