@@ -438,6 +438,24 @@ fn a_trial_without_an_answer_is_rejected() {
     assert!((fit.values[0] - 1.0e-3).abs() < 1.0e-9);
 }
 
+/// Its first trials are not taken.
+#[test]
+fn prop_a_limit_on_steps_counts_those_that_are_taken() {
+    let mut logarithm = |x: &[f64], equations: &mut NormalEquations| {
+        equations.add_row(x[0].ln() - 1.0e-3_f64.ln(), &[1.0 / x[0]]);
+    };
+    for maximum_steps in 1..4 {
+        let options = Options {
+            maximum_steps,
+            ..Options::default()
+        };
+        let fit = solve(&mut logarithm, &[Parameter::new(3.0)], &options).unwrap();
+        assert_eq!(fit.converged, Reason::IterationLimit);
+        assert_eq!(fit.cost_history.len(), 1 + maximum_steps);
+        assert!(fit.iterations > maximum_steps);
+    }
+}
+
 #[test]
 fn wrong_derivatives_are_not_called_converged() {
     let mut uphill = |x: &[f64], equations: &mut NormalEquations| {
