@@ -2,7 +2,7 @@
 
 use super::candidates::{Candidate, TIMES_OF_SENSORS};
 use super::fitted::Fitted;
-use super::proof::{Run, pooled};
+use super::proof::{self, Run, pooled};
 use super::search::Evidence;
 use super::verdict::{
     Effect, Estimate, Figures, Fit, FitFigures, Kind, Located, Parameter, Ranked, UnknownTerm,
@@ -584,15 +584,24 @@ fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String>
     if laws.iter().all(|law| law.improved.set.is_empty()) {
         return Vec::new();
     }
-    let outputs = laws.iter().flat_map(|law| law.law.outputs(rig));
-    let note = |output: Output| {
+    let note = |law: &LawDiagnosis, (number, output): (usize, Output)| {
         let signal = output.signal;
         let times = fit.times_the_floor(signal)?;
-        Some(format!(
+        let left = format!(
             "{signal}: {times:.1} times the noise floor is still unexplained on held-out data"
-        ))
+        );
+        let most = proof::windows_of_most(law, number).map(|(few, all)| {
+            let window_s = rig.horizon_s();
+            format!(", nine tenths of it in {few} of {all} windows of {window_s} s")
+        });
+        Some(left + &most.unwrap_or_default())
     };
-    outputs.filter_map(note).collect()
+    let of_law = |law: &LawDiagnosis| {
+        let outputs = law.law.outputs(rig).into_iter().enumerate();
+        let notes: Vec<String> = outputs.filter_map(|one| note(law, one)).collect();
+        notes
+    };
+    laws.iter().flat_map(of_law).collect()
 }
 
 fn refuted_note(law: &LawDiagnosis) -> Option<String> {

@@ -354,12 +354,8 @@ fn hangs_on_chance(law: &LawDiagnosis) -> bool {
 /// Error of the improved model over that of the refitted one in the typical window of the
 /// held-out recordings: in the geometric mean, above the noise.
 fn typical_ratio(law: &LawDiagnosis) -> Option<f64> {
-    let windows = |model: Model| -> Option<Vec<&Vec<f64>>> {
-        let runs = law.held_out.get(model as usize)?.iter();
-        let runs: Option<Vec<&Run>> = runs.map(Option::as_ref).collect();
-        Some(runs?.into_iter().flat_map(|run| &run.windows).collect())
-    };
-    let (improved, refitted) = (windows(Model::Improved)?, windows(Model::Refitted)?);
+    let improved = held_out_windows(law, Model::Improved)?;
+    let refitted = held_out_windows(law, Model::Refitted)?;
     let of_window = |(mine, theirs): (&&Vec<f64>, &&Vec<f64>)| -> f64 {
         let outputs = mine.iter().zip(theirs.iter()).zip(&law.floor);
         let logs = outputs.map(|((mine, theirs), floor)| {
@@ -371,6 +367,39 @@ fn typical_ratio(law: &LawDiagnosis) -> Option<f64> {
     let logs: f64 = improved.iter().zip(&refitted).map(of_window).sum();
     let count = (improved.len() * law.floor.len()).max(1);
     Some((0.5 * logs / count as f64).exp())
+}
+
+/// Mean squares by output of each window of the held-out recordings.
+fn held_out_windows(law: &LawDiagnosis, model: Model) -> Option<Vec<&Vec<f64>>> {
+    let runs = law.held_out.get(model as usize)?.iter();
+    let runs: Option<Vec<&Run>> = runs.map(Option::as_ref).collect();
+    Some(runs?.into_iter().flat_map(|run| &run.windows).collect())
+}
+
+/// Where a signal hangs on chance, in how few windows of the held-out recordings most of what the
+/// improved model leaves of it is, and of how many.
+pub(super) fn windows_of_most(law: &LawDiagnosis, output: usize) -> Option<(usize, usize)> {
+    if !hangs_on_chance(law) {
+        return None;
+    }
+    let windows = held_out_windows(law, Model::Improved)?;
+    let squares: Vec<f64> = windows.iter().map(|window| window[output]).collect();
+    Some((fewest(&squares), squares.len()))
+}
+
+/// How many of so many squares make nine tenths of their sum, at the least.
+fn fewest(squares: &[f64]) -> usize {
+    const MOST: f64 = 0.9;
+    let mut falling = squares.to_vec();
+    falling.sort_by(|a, b| b.total_cmp(a));
+    let most = MOST * falling.iter().sum::<f64>();
+    let mut before = 0.0;
+    let is_needed = |square: &&f64| {
+        let is_needed = before < most;
+        before += **square;
+        is_needed
+    };
+    falling.iter().take_while(is_needed).count()
 }
 
 /// Mean squares of a run, by output.
@@ -479,4 +508,17 @@ fn mean_squares(predicted: &Columns, recorded: &[&[f64]]) -> Vec<f64> {
             sum / count.max(1) as f64
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_the_fewest_are_the_largest() {
+        assert_eq!(fewest(&[1.0, 88.0, 1.0, 3.0, 7.0]), 2);
+        assert_eq!(fewest(&[1.0; 10]), 9);
+        assert_eq!(fewest(&[0.0, 5.0]), 1);
+        assert_eq!(fewest(&[]), 0);
+    }
 }

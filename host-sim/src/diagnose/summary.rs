@@ -111,7 +111,7 @@ fn next(diagnosis: &Diagnosis) -> String {
     verdict.next_experiment.clone().unwrap_or(default)
 }
 
-/// Something is named; what it leaves may hold something smaller.
+/// Something is named; what it leaves may hold something more.
 fn after_a_name(diagnosis: &Diagnosis) -> String {
     let left = |output: Output| {
         let times = diagnosis.verdict.fit.times_the_floor(output.signal)?;
@@ -125,7 +125,7 @@ fn after_a_name(diagnosis: &Diagnosis) -> String {
         return NOTHING_NEEDED.into();
     }
     format!(
-        "What is named needs nothing more. Something smaller is left of {}, and no effect of the list was seen to take it away: recordings at other speeds and pressures may show which does.",
+        "What is named needs nothing more. More than noise is left of {}, and no effect of the list was seen to take it away: recordings at other speeds and pressures may show which does.",
         left.join(" and ")
     )
 }
