@@ -431,7 +431,6 @@ struct Solver<'a, P: ?Sized> {
     /// Factor on the damping at the next rejection; doubles with each.
     damping_growth: f64,
     iterations: usize,
-    steps: usize,
     cost_history: Vec<f64>,
 }
 
@@ -453,7 +452,6 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
             damping: options.initial_damping,
             damping_growth: 2.0,
             iterations: 0,
-            steps: 0,
             cost_history: vec![point.cost],
             point,
         };
@@ -466,7 +464,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
             if self.projected_gradient() <= self.options.gradient_tolerance {
                 return Reason::Gradient;
             }
-            if self.is_at_limit(self.steps) {
+            if self.is_at_limit(self.steps()) {
                 return Reason::IterationLimit;
             }
             self.iterations += 1;
@@ -474,6 +472,11 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
                 return reason;
             }
         }
+    }
+
+    /// Steps taken so far.
+    fn steps(&self) -> usize {
+        self.cost_history.len() - 1
     }
 
     fn is_at_limit(&self, steps: usize) -> bool {
@@ -490,7 +493,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
         let gain_ratio = decrease / trial.predicted_decrease;
         let accepted = decrease > 0.0 && gain_ratio > LEAST_GAIN_RATIO;
         let verdict = self.convergence(&trial, decrease, accepted);
-        let is_last = verdict.is_none() && self.is_at_limit(self.steps + 1);
+        let is_last = verdict.is_none() && self.is_at_limit(self.steps() + 1);
         let next = if !accepted {
             None
         } else if is_last {
@@ -546,7 +549,6 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
 
     fn accept(&mut self, point: Point, gain_ratio: f64) {
         self.point = point;
-        self.steps += 1;
         self.cost_history.push(self.point.cost);
         self.update_scaling();
         // Nielsen's rule: a smooth curve from 1/3 at a good prediction to a rise at a poor one.

@@ -114,12 +114,16 @@ impl<'a> Judge<'a> {
         if self.bench.is_long() { 1 } else { 2 }
     }
 
+    /// Energy that a model leaves above the noise.
+    fn left(&self, fitted: &Fitted) -> f64 {
+        fitted.energy_above(&self.bench.noise)
+    }
+
     /// Whether nothing is left that would be material: noise, or so small a part
     /// of what the baseline misses that no further effect could be accepted, and not
     /// so much that another effect may well be in it.
     pub(super) fn is_explained(&self, fitted: &Fitted) -> bool {
-        let above = |fitted: &Fitted| fitted.energy_above(&self.bench.noise);
-        let is_small = above(fitted) < MATERIAL_SHARE * above(self.baseline);
+        let is_small = self.left(fitted) < MATERIAL_SHARE * self.left(self.baseline);
         let is_of_form = self.bench.leaves_no_more_than_a_form(fitted);
         self.is_noise(fitted) || is_small && is_of_form && self.explains_events(fitted)
     }
@@ -144,17 +148,14 @@ impl<'a> Judge<'a> {
     /// meets, are what is left. (One that is there for half of the time explains no more than half.)
     pub(super) fn leaves_blows(&self, fitted: &Fitted) -> bool {
         let mut effects = fitted.set.iter().map(|&one| &self.bench.candidates[one]);
-        let above = |model: &Fitted| model.energy_above(&self.bench.noise);
-        effects.any(|effect| effect.is_rough)
-            && above(fitted) <= NEXT_TO_NOTHING * above(self.baseline)
+        effects.any(|effect| effect.is_rough) && self.takes_the_rest(fitted, self.baseline)
     }
 
     /// Whether nothing in a model may stand for an effect that comes and goes. Two that are there
     /// always can imitate one that is not, but not so well.
     pub(super) fn is_there_always(&self, fitted: &Fitted) -> bool {
-        let left = |fitted: &Fitted| fitted.energy_above(&self.bench.noise);
         let is_no_imitation = fitted.set.len() < 2
-            || left(fitted) < NEXT_TO_NOTHING * MATERIAL_SHARE * left(self.baseline);
+            || self.left(fitted) < NEXT_TO_NOTHING * MATERIAL_SHARE * self.left(self.baseline);
         self.is_explained(fitted) && is_no_imitation || self.leaves_blows(fitted)
     }
 
@@ -319,8 +320,7 @@ impl<'a> Judge<'a> {
 
     /// Whether next to nothing is left of what was.
     fn takes_the_rest(&self, with: &Fitted, without: &Fitted) -> bool {
-        let left = |fitted: &Fitted| fitted.energy_above(&self.bench.noise);
-        left(with) <= NEXT_TO_NOTHING * left(without)
+        self.left(with) <= NEXT_TO_NOTHING * self.left(without)
     }
 
     /// Whether it takes away more of an output than the form of another effect leaves.
