@@ -184,7 +184,9 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
         progress("effects that are there for a part of the time");
         if let Some(found) = intermittent(&mut judge, improved) {
             outcome.decline_all();
-            found.put_into(&mut outcome);
+            if judge.leaves_little(&found.model) {
+                found.put_into(&mut outcome);
+            }
         }
         outcome.fits = judge.fits;
     }
@@ -534,6 +536,17 @@ mod tests {
             let index = drawn::tried(&bench, effect, "force-balance");
             assert!(outcome.improved.set.contains(&index), "{effect}");
         }
+    }
+
+    /// A force that swings with time was friction by pressure in 22 short spans, with 0.52: they
+    /// left a quarter of what was missing.
+    #[test]
+    fn regress_what_comes_and_goes_is_to_explain_what_its_moments_were_chosen_for() {
+        let (rig, recordings) = drawn::off_list(4_038_112_067, Strength::Medium, "periodic-force");
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
+        let outcome = search(&bench, &baseline, &|_| ());
+        assert_eq!(outcome.improved.set, Vec::<usize>::new());
     }
 
     #[test]
