@@ -1,6 +1,6 @@
 //! Effects in the balance of forces.
 
-use super::{Applied, Draw, Effect, FORCE, Form};
+use super::{Applied, Draw, Effect, FORCE, Form, Strength};
 use crate::plant::friction::{Dwell, Wave};
 use crate::plant::mechanics::Load;
 
@@ -156,7 +156,13 @@ fn load_compliance(draw: &mut Draw<'_>) -> Applied {
 
 fn load_backlash(draw: &mut Draw<'_>) -> Applied {
     let gap_m = draw.size([1e-5, 0.2e-3, 0.5e-3, 1.2e-3]);
-    let mut load = couple(draw, 2e5, 0.1);
+    // In next to no play a load hangs on its contact alone: where the play is not to matter, nor
+    // is that as a spring.
+    let contact_n_per_m = match draw.strength {
+        Strength::Immaterial => 5e6,
+        _ => 2e5,
+    };
+    let mut load = couple(draw, contact_n_per_m, 0.1);
     load.gap_m = gap_m;
     let form = match draw.form {
         Form::Usual => "free load",
