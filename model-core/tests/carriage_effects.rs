@@ -468,7 +468,7 @@ fn val_derivatives_agree_with_differences() {
         let value = slot.value;
         *slot = Dual::parameter(value, 0);
         let states = run(&carriage(Some(effects)), 0.3, 5e-4);
-        let exact = f64::from(states.last().unwrap().velocity_m_per_s.gradient[0]) * value;
+        let exact = states.last().unwrap().velocity_m_per_s.gradient[0] * value;
         let at = |factor: f64| {
             let mut effects = CarriageEffects::<f64>::neutral();
             everything(&mut effects);

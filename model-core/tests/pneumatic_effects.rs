@@ -723,7 +723,7 @@ fn val_derivatives_by_every_parameter_agree_with_differences() {
             };
             let (up, down) = (at(1.0 + STEP), at(1.0 - STEP));
             for (state, size) in [1e3, 1.0, 1e3, 1.0].into_iter().enumerate() {
-                let by_dual = f64::from(exact[state].gradient[0]) * value / size;
+                let by_dual = exact[state].gradient[0] * value / size;
                 let by_difference = (up[state] - down[state]) / (2.0 * STEP) / size;
                 let margin = 1e-4 * by_difference.abs() + 1e-5;
                 assert!(

@@ -569,7 +569,7 @@ fn exact_gradient(rig: &Rig, keys: &[String], base: &[f64], index: usize) -> [f6
         replaced: &replaced,
     };
     let states = simulate(&values);
-    std::array::from_fn(|i| f64::from(states[i].gradient[0]) * base[index] / SIZES[i])
+    std::array::from_fn(|i| states[i].gradient[0] * base[index] / SIZES[i])
 }
 
 fn differences(rig: &Rig, keys: &[String], base: &[f64], index: usize) -> [f64; 6] {

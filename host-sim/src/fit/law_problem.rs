@@ -641,7 +641,7 @@ impl LawProblem<'_> {
                     continue;
                 }
                 for (&index, derivative) in active.iter().zip(output.gradient) {
-                    gradient[index] = f64::from(derivative) / sigma;
+                    gradient[index] = derivative / sigma;
                 }
                 add(place, row, (output.value - column[row]) / sigma, &gradient);
             }

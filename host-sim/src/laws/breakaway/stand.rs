@@ -380,7 +380,7 @@ mod tests {
             let at = [45.0, rise, 2e-4];
             let dual: [Dual<3>; 3] = std::array::from_fn(|i| Dual::parameter(at[i], i));
             let push = (60.0 - LEFT_S * rate, rate);
-            let slopes = aged_leaves_under_n(dual, push).gradient.map(f64::from);
+            let slopes = aged_leaves_under_n(dual, push).gradient;
             for (index, step) in [0.5, 0.5, 1e-5].into_iter().enumerate() {
                 let moved = |by: f64| {
                     let mut at = at;
