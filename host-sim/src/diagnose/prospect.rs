@@ -30,10 +30,15 @@ pub(super) fn order<P: Borrow<Fitted> + Sync>(
     sets: &[(Set, P)],
     score: &impl Fn(&Fitted) -> f64,
 ) -> Vec<usize> {
+    best_first(&hopes(bench, model, sets), score)
+}
+
+/// The places of what is hoped for, the least by `score` first.
+pub(super) fn best_first(hopes: &[Option<Fitted>], score: &impl Fn(&Fitted) -> f64) -> Vec<usize> {
     let hoped = |hope: &Option<Fitted>| hope.as_ref().map_or(f64::INFINITY, score);
-    let hopes: Vec<f64> = hopes(bench, model, sets).iter().map(hoped).collect();
-    let mut order: Vec<usize> = (0..sets.len()).collect();
-    order.sort_by(|&one, &other| hopes[one].total_cmp(&hopes[other]));
+    let hoped: Vec<f64> = hopes.iter().map(hoped).collect();
+    let mut order: Vec<usize> = (0..hopes.len()).collect();
+    order.sort_by(|&one, &other| hoped[one].total_cmp(&hoped[other]));
     order
 }
 

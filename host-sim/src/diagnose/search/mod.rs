@@ -151,7 +151,9 @@ pub fn baseline(bench: &Bench<'_>) -> Option<Fitted> {
 /// Searches the effects of one law.
 pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> Outcome {
     let mut judge = Judge::new(bench, baseline);
+    progress("each effect alone");
     let singles = judge.singles();
+    progress("refitting from where the best effects led");
     if let Some(lower) = judge.lower_baseline(&singles) {
         return if bench.is_worth_a_search(&lower) {
             search(bench, &lower, progress)
