@@ -351,6 +351,7 @@ fn what(section: &mut Section, verdict: &Verdict) {
     section.text(
         "The gain is that in log-likelihood on parts of the training data, each counted once: parts that were left out of the fit or, \
          where recordings are so long that rows in and out of a fit are missed alike, parts that were in it. \
+         Of effects that promised too little to be fitted it is what they promised. \
          An effect is named when it accounts for a material part of what is missing and makes these parts plainly or everywhere better predicted.",
     );
     let mut table = Table::new([

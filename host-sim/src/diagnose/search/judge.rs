@@ -59,7 +59,7 @@ pub(super) struct Judge<'a> {
     pub(super) baseline: &'a Fitted,
     pub(super) judged: Vec<((Set, Option<Presence>), Judged)>,
     pub(super) fitted: Vec<Fitted>,
-    /// Ranked only, not fitted to the end.
+    /// Ranked only, by some steps of a fit or by what they promise.
     pub(super) ranked: Vec<Fitted>,
     pub(super) fits: usize,
     /// The least misfit that is looked at, in units of the noise's energy ...
@@ -181,7 +181,7 @@ impl<'a> Judge<'a> {
     }
 
     /// A candidate that is not needed beside the accepted ones, with what it
-    /// brings alone to the data it was fitted to.
+    /// brings alone to the data it was fitted to, or promises to.
     pub(super) fn needless(&self, candidate: usize) -> Evidence {
         let alone = |fitted: &&Fitted| fitted.set == [candidate];
         let fitted = self.fitted.iter().chain(&self.ranked);
