@@ -145,7 +145,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether all but a little is explained by a load in its play: its blows, which no model
-    /// meets, are what is left. (One that is there for half of the time explains no more than half.)
+    /// meets, are what is left.
     pub(super) fn leaves_blows(&self, fitted: &Fitted) -> bool {
         let mut effects = fitted.set.iter().map(|&one| &self.bench.candidates[one]);
         effects.any(|effect| effect.is_rough) && self.takes_the_rest(fitted, self.baseline)

@@ -48,7 +48,7 @@ impl Judge<'_> {
         };
         let mut singles = self.fit_children(&[parent]);
         let is_nearly_explained = self.bench.leaves_no_more_than_a_form(self.baseline);
-        if self.bench.is_long() && self.bench.law != Law::Balance && is_nearly_explained {
+        if self.tells_by_prospects() && is_nearly_explained {
             singles.extend(self.promised_beside_refit());
         }
         singles
