@@ -9,7 +9,7 @@ use super::verdict::{
     Verdict,
 };
 use super::words::{self, Size};
-use super::{LawDiagnosis, Model, knowability, locate, shown, unknown_term};
+use super::{LawDiagnosis, Model, Refuted, knowability, locate, shown, unknown_term};
 use crate::fit::Presence;
 use crate::inspect::Fault;
 use crate::laws::Output;
@@ -605,9 +605,9 @@ fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String>
 }
 
 fn refuted_note(law: &LawDiagnosis) -> Option<String> {
-    let what = law.refuted.as_ref()?;
+    let Refuted { what, how } = law.refuted.as_ref()?;
     Some(format!(
-        "refuted on held-out data: predictions of the {} are worse with {what} than without; the improved rig does not hold it",
+        "refuted on held-out data: predictions of the {} are {how} with {what} than without; the improved rig does not hold it",
         law.law.title()
     ))
 }
@@ -755,7 +755,7 @@ fn unknown_sentence(laws: &[LawDiagnosis], missing: Option<&UnknownTerm>) -> Str
         (term.place.as_str(), term.expression.as_str())
     });
     let mut refuted = laws.iter().filter(|law| is_refuted(law));
-    if let Some(what) = refuted.find_map(|law| law.refuted.as_ref()) {
+    if let Some(Refuted { what, .. }) = refuted.find_map(|law| law.refuted.as_ref()) {
         return format!(
             "Something is missing, and the held-out data refute what the training data suggest: {what}."
         );

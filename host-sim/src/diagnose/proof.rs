@@ -330,8 +330,23 @@ pub(super) fn worsens_a_signal(law: &LawDiagnosis, held_out: &[Recording]) -> bo
     ratios.is_some_and(|ratios| ratios.iter().any(|ratio| *ratio > REFUTED.powi(2)))
 }
 
+/// Part of the energy that the refitted model misses of held-out recordings, above the noise and
+/// in its units, that the improved one explains: over the horizon or in the free run, whichever is
+/// more. `None` where nothing is missed plainly.
+pub(super) fn explained(law: &LawDiagnosis, held_out: &[Recording]) -> Option<f64> {
+    let of = |squares: Squares| {
+        let missed = energies(law, Model::Refitted, squares, held_out)?;
+        let left = energies(law, Model::Improved, squares, held_out)?;
+        let is_missed = missed.iter().any(|energy| *energy > SURPRISING.powi(2));
+        let above = |energies: &[f64]| energies.iter().map(|energy| energy - 1.0).sum::<f64>();
+        is_missed.then(|| 1.0 - above(&left) / above(&missed))
+    };
+    let shares = [of(|run| &run.horizon), of(|run| &run.free_run)];
+    shares.into_iter().flatten().reduce(f64::max)
+}
+
 /// Error of a free run over held-out recordings, over the noise, from which they show what the
-/// training recordings do not.
+/// training recordings do not, or that something is missing.
 const SURPRISING: f64 = 2.0;
 
 /// Whether held-out recordings show that something is missing where the training recordings

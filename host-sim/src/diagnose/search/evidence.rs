@@ -99,7 +99,7 @@ impl Evidence {
         self.probability = self.probability.min(1.0 - self.probability).max(0.01);
     }
 
-    /// Held-out recordings are predicted worse with what was accepted.
+    /// Held-out recordings speak against what was accepted.
     pub(in crate::diagnose) fn refute(&mut self) {
         self.is_refuted = self.accepted;
         if self.accepted || self.is_alternative {
@@ -118,7 +118,7 @@ impl Evidence {
             return None;
         }
         if self.is_refuted {
-            return Some("held-out recordings are predicted worse with it".into());
+            return Some("held-out recordings speak against it".into());
         }
         if self.is_alternative {
             return Some("these recordings cannot tell it from one that is named".into());
@@ -162,7 +162,7 @@ impl Evidence {
 /// is the right one, and of that the part of the misfit's energy that it takes
 /// away is the measure. How often effects of such a measure were there in concealed
 /// trials is the probability (docs/method.md).
-pub(super) fn explained_probability(ratio: f64, share: f64) -> f64 {
+pub(in crate::diagnose) fn explained_probability(ratio: f64, share: f64) -> f64 {
     let material = (share / MATERIAL_SHARE).clamp(0.0, 1.0);
     let explained = ((1.0 - ratio * ratio) * material).clamp(0.01, 0.99);
     let (offset, slope) = LOG_ODDS_IN_TRIALS;

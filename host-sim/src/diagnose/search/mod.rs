@@ -11,12 +11,11 @@ mod judge;
 mod sets;
 
 use super::fitted::{Bench, Fitted};
-use evidence::explained_probability;
 use judge::{Judge, PLAIN_RATIO_AMONG_MANY};
 use std::collections::BTreeSet;
 
 pub use evidence::Evidence;
-pub(super) use evidence::mean;
+pub(super) use evidence::{explained_probability, mean};
 pub use judge::PLAIN_RATIO;
 pub(super) use judge::{is_no_load, plain_ratio};
 pub(super) use sets::{with, without};
@@ -25,7 +24,7 @@ pub(super) use sets::{with, without};
 const LARGEST_SET: usize = 4;
 /// What comes and goes is named from this probability on; what stands against a rig file that may
 /// be as wrong has no more.
-const LIKELIER_THAN_NOT: f64 = 0.5;
+pub(super) const LIKELIER_THAN_NOT: f64 = 0.5;
 
 /// The outcome of the search on one law.
 #[derive(Clone, Debug)]
