@@ -104,7 +104,8 @@ struct Start {
 }
 
 impl Start {
-    /// A refit bends itself around what is missing; a rig as given may be off everywhere. Each
+    /// A refit bends itself around what is missing; a rig as given may be off everywhere; a part of
+    /// a recording tells of the balance of forces alone. Each
     /// with the spans in which it misses most, unless what it misses is much the less likely.
     fn likely(bench: &Bench<'_>, baseline: &Fitted) -> Vec<Self> {
         let models = [baseline.clone(), bench.as_given(baseline)];

@@ -172,20 +172,8 @@ pub struct LawDiagnosis {
 pub struct Refuted {
     /// The effects or the table, in words.
     pub what: String,
-    /// What it does to predictions, in words.
+    /// How predictions are with it, in words.
     pub how: &'static str,
-}
-
-impl Refuted {
-    fn does_harm(what: String) -> Self {
-        let how = "worse";
-        Self { what, how }
-    }
-
-    fn hardly_helps(what: String) -> Self {
-        let how = "hardly better";
-        Self { what, how }
-    }
 }
 
 /// The whole diagnosis.
@@ -264,7 +252,7 @@ impl LawDiagnosis {
                     *self = *of_effects;
                     self.prove(rig, tracks, held_out);
                 }
-                None => self.take_back(Refuted::does_harm),
+                None => self.take_back("worse"),
             }
         } else if self.improved.presence.is_some() {
             self.doubt_moments(held_out);
@@ -279,18 +267,19 @@ impl LawDiagnosis {
         let Some(share) = proof::explained(self, held_out) else {
             return;
         };
-        let shown = search::explained_probability((1.0 - share).max(0.0).sqrt(), 1.0);
+        let shown = search::probability_of(share);
         for one in self.evidence.iter_mut().filter(|one| one.accepted) {
             one.probability = one.probability.min(shown);
         }
         if shown < search::LIKELIER_THAN_NOT {
-            self.take_back(Refuted::hardly_helps);
+            self.take_back("hardly better");
         }
     }
 
     /// Held-out recordings refute what was put into the law: the refitted model stands.
-    fn take_back(&mut self, refuted: impl Fn(String) -> Refuted) {
-        self.refuted = Some(refuted(assemble::what_was_put_in(self)));
+    fn take_back(&mut self, how: &'static str) {
+        let what = assemble::what_was_put_in(self);
+        self.refuted = Some(Refuted { what, how });
         self.explained = 0.0;
         self.term = None;
         self.leave_out();

@@ -330,6 +330,10 @@ pub(super) fn worsens_a_signal(law: &LawDiagnosis, held_out: &[Recording]) -> bo
     ratios.is_some_and(|ratios| ratios.iter().any(|ratio| *ratio > REFUTED.powi(2)))
 }
 
+/// Error of a free run over held-out recordings, over the noise, from which they show what the
+/// training recordings do not, or that something is missing.
+const SURPRISING: f64 = 2.0;
+
 /// Part of the energy that the refitted model misses of held-out recordings, above the noise and
 /// in its units, that the improved one explains: over the horizon or in the free run, whichever is
 /// more. `None` where nothing is missed plainly.
@@ -344,10 +348,6 @@ pub(super) fn explained(law: &LawDiagnosis, held_out: &[Recording]) -> Option<f6
     let shares = [of(|run| &run.horizon), of(|run| &run.free_run)];
     shares.into_iter().flatten().reduce(f64::max)
 }
-
-/// Error of a free run over held-out recordings, over the noise, from which they show what the
-/// training recordings do not, or that something is missing.
-const SURPRISING: f64 = 2.0;
 
 /// Whether held-out recordings show that something is missing where the training recordings
 /// are explained: what they alone excite. Not asked of a law whose shown signal hangs on

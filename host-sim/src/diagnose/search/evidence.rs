@@ -160,11 +160,16 @@ impl Evidence {
 
 /// On long recordings chance plays no part; what is in doubt is whether the form
 /// is the right one, and of that the part of the misfit's energy that it takes
-/// away is the measure. How often effects of such a measure were there in concealed
-/// trials is the probability (docs/method.md).
-pub(in crate::diagnose) fn explained_probability(ratio: f64, share: f64) -> f64 {
+/// away is the measure; what hardly matters says less.
+pub(super) fn explained_probability(ratio: f64, share: f64) -> f64 {
     let material = (share / MATERIAL_SHARE).clamp(0.0, 1.0);
-    let explained = ((1.0 - ratio * ratio) * material).clamp(0.01, 0.99);
+    probability_of((1.0 - ratio * ratio) * material)
+}
+
+/// How often effects that explained such a part of what is missed were there in concealed
+/// trials (docs/method.md).
+pub(in crate::diagnose) fn probability_of(explained: f64) -> f64 {
+    let explained = explained.clamp(0.01, 0.99);
     let (offset, slope) = LOG_ODDS_IN_TRIALS;
     let odds = (offset + slope * (explained / (1.0 - explained)).ln()).exp();
     (odds / (1.0 + odds)).max(0.01)

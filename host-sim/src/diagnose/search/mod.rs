@@ -11,11 +11,12 @@ mod judge;
 mod sets;
 
 use super::fitted::{Bench, Fitted};
+use evidence::explained_probability;
 use judge::{Judge, PLAIN_RATIO_AMONG_MANY};
 use std::collections::BTreeSet;
 
 pub use evidence::Evidence;
-pub(super) use evidence::{explained_probability, mean};
+pub(super) use evidence::{mean, probability_of};
 pub use judge::PLAIN_RATIO;
 pub(super) use judge::{is_no_load, plain_ratio};
 pub(super) use sets::{with, without};
