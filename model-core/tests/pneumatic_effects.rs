@@ -593,6 +593,11 @@ fn prop_a_cushion_brakes_only_the_shrinking_chamber() {
             assert!((with / without - 1.0).abs() < 1e-12, "{with} {without}");
             assert!(with < 0.95 * begin_pa || with > 1.2 * begin_pa, "{with}");
         }
+        // Gas that the piston has braked to more than the supply's pressure leaves by the
+        // needle as well.
+        let held = after(&pneumatics, 10, into, 1.5 * SUPPLY_PA, -0.245);
+        let freed = after(&open, 10, into, 1.5 * SUPPLY_PA, -0.245);
+        assert!(held > freed + 5e4, "tube {tube_length_m}: {held} {freed}");
     }
 }
 
@@ -708,7 +713,7 @@ fn driven<R: Real>(
 
 #[test]
 fn val_derivatives_by_every_parameter_agree_with_differences() {
-    const STEP: f64 = 1e-5;
+    const STEP: f64 = 5e-7;
     for tube_length_m in [0.0, 0.4] {
         let duals = parameters::<Dual<1>>();
         for ((name, value, set), (_, _, set_dual)) in parameters::<f64>().into_iter().zip(duals) {

@@ -53,6 +53,8 @@ pub struct Candidate {
     /// Whether the residuals jump with its parameters: derivatives mislead there,
     /// and a search by values goes on where they end.
     pub is_rough: bool,
+    /// Where something begins or ends in it.
+    pub edge: Option<Edge>,
     /// The uncertain numbers that take it up, each as much as it is large, where it is there all
     /// the time: then it is tried for a part of the time, and where the first of these numbers
     /// comes out far from what the rig states.
@@ -60,6 +62,16 @@ pub struct Candidate {
     /// The numbers that mean something else while it is in the model, so that what the rig states
     /// of them binds them no longer.
     pub voids: Vec<String>,
+}
+
+/// A parameter that says where something begins or ends: derivatives see it in the few rows at
+/// that edge alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Its key.
+    pub key: String,
+    /// A step that the rows at the edge can tell, SI.
+    pub step: f64,
 }
 
 impl Candidate {
@@ -92,6 +104,7 @@ impl Candidate {
             starts: vec![Vec::new()],
             marks: Vec::new(),
             is_rough: false,
+            edge: None,
             taken_up_by: Vec::new(),
             voids: Vec::new(),
         }
@@ -151,6 +164,15 @@ impl Candidate {
         values.iter().fold(begun, |table, key| {
             table.free_as(key, Scope::Shared, bounds, Some(prior), &[0.0])
         })
+    }
+
+    /// The parameter that came last is an edge.
+    fn edge(mut self, step: f64) -> Self {
+        self.edge = self.free.last().map(|free| Edge {
+            key: free.key.clone(),
+            step,
+        });
+        self
     }
 
     /// A parameter with its box and its starts. Starts of several parameters
@@ -625,25 +647,31 @@ fn valve_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
     }
     let near = nearest_end_m(rig, tracks);
     if let Some(near) = near.filter(|&near| near < LONGEST_CUSHION_M) {
-        // A start that lies outside the cushion, or has a needle much wider than the true one,
-        // sees nothing of it.
-        let [short, middle, long] = [0.005, 0.01, 0.02].map(|into| near + into);
-        all.push(
-            Candidate::new("end-cushion", &["chamber-a", "chamber-b"])
-                .form("needle")
-                .free(
-                    "length_m",
-                    (near.max(1e-3), LONGEST_CUSHION_M),
-                    &[short, middle, long, short, middle, long],
-                )
-                .free(
-                    "needle_area_m2",
-                    (1e-8, 1e-4),
-                    &[1e-6, 1e-6, 1e-6, 2e-7, 2e-7, 2e-7],
-                ),
-        );
+        all.push(end_cushion(near));
     }
     all
+}
+
+/// Half the way over which a cushion's seal closes, m.
+const EDGE_OF_CUSHION_M: f64 = 1e-4;
+
+/// A start that lies outside the cushion, or has a needle wider than what the valve opens, sees
+/// nothing of it, and one that lies far inside sees too much.
+fn end_cushion(near_m: f64) -> Candidate {
+    const INTO_M: [f64; 9] = [
+        0.001, 0.002, 0.0035, 0.006, 0.009, 0.014, 0.021, 0.032, 0.05,
+    ];
+    const NEEDLES_M2: [f64; 4] = [1e-7, 2.5e-7, 6e-7, 1.5e-6];
+    let pairs = INTO_M
+        .iter()
+        .flat_map(|into_m| NEEDLES_M2.map(|needle_m2| (near_m + into_m, needle_m2)));
+    let (lengths_m, needles_m2): (Vec<f64>, Vec<f64>) = pairs.unzip();
+    let lengths = (near_m.max(1e-3), LONGEST_CUSHION_M);
+    Candidate::new("end-cushion", &["chamber-a", "chamber-b"])
+        .form("needle")
+        .free("length_m", lengths, &lengths_m)
+        .edge(EDGE_OF_CUSHION_M)
+        .free("needle_area_m2", (1e-8, 1e-4), &needles_m2)
 }
 
 /// The tank drawn empty in a tenth and in half a second by an open valve; and a large one

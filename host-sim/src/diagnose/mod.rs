@@ -570,6 +570,7 @@ fn searched(
     bench.candidates = candidates(bench.law, bench.rig, &tracks, misfit);
     let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
     let mut outcome = if bench.is_worth_a_search(&baseline) {
+        bench.keep_best_starts(&[&baseline, &bench.as_given(&baseline)]);
         search::search(&bench, &baseline, progress)
     } else {
         Outcome::nothing(&baseline)

@@ -309,9 +309,17 @@ impl Judge<'_> {
         let is_better = self.score(&finished) < self.score(self.baseline) + PLAIN_RATIO.ln();
         let walked = is_better.then(|| self.bench.walked(finished.clone()));
         let is_lost = self.score(&finished) > self.score(self.baseline);
-        let from_refit = (is_lost || self.bench.law == Law::Balance)
+        let is_balance = self.bench.law == Law::Balance;
+        let from_refit = (is_lost || is_balance)
             .then(|| self.bench.fit(&ranked.set, Some(self.baseline)))
             .flatten();
+        let from_refit = from_refit.map(|fitted| {
+            if is_balance {
+                fitted
+            } else {
+                self.bench.walked(fitted)
+            }
+        });
         let ends = [walked, Some(finished), from_refit].into_iter().flatten();
         ends.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
     }
