@@ -635,7 +635,8 @@ fn polished(full: &Bench<'_>, outcome: &Outcome) -> Option<(Fitted, Fitted)> {
     let improved = if outcome.improved.set.is_empty() {
         baseline.clone()
     } else {
-        full.fit(&outcome.improved.set, Some(&outcome.improved))?
+        let improved = full.fit(&outcome.improved.set, Some(&outcome.improved))?;
+        full.centred_at_edges(improved)
     };
     Some((baseline, improved))
 }
@@ -732,6 +733,7 @@ fn runs(law: Law, rig: &Rig, tracks: &[Track<'_>], frozen: &[Frozen]) -> Vec<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::Presence;
     use truth_plant::{Kind, Request, Strength};
 
     /// A strong load in its play was declined for a table over the velocity; held-out recordings
@@ -763,6 +765,32 @@ mod tests {
         assert!(assemble::has_named(&law));
         let left = |model: Model| law.held_out[model as usize][0].as_ref().unwrap().horizon[0];
         assert!(left(Model::Improved) < left(Model::Refitted));
+    }
+
+    /// A load that came and went in many short spans was named, with 0.95, for a force that swings.
+    #[test]
+    fn regress_what_comes_and_goes_is_no_surer_than_held_out_recordings_make_it() {
+        let request = Request::new(3, Kind::Single).with_noise(1.0);
+        let request = request.with_effect("pressure-dependent-friction").unwrap();
+        let (rig, mut recordings) = drawn::read(&request.with_strength(Strength::Strong));
+        let held_out = recordings.split_off(recordings.len() - 1);
+        let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
+        let proven = |helps: bool| {
+            let known = Known::new(&rig, &recordings);
+            let mut law = diagnose_law(Law::Carriage, &known, &|_| ()).unwrap();
+            let friction = "pressure-dependent-friction";
+            law.improved.presence = Some(Presence::nowhere(friction, recordings.len()));
+            if !helps {
+                law.frozen[Model::Improved as usize] = law.frozen[Model::Refitted as usize].clone();
+            }
+            law.prove(&rig, &tracks, &held_out);
+            law
+        };
+        let helped = proven(true);
+        assert!(assemble::has_named(&helped) && helped.refuted.is_none());
+        let unhelped = proven(false);
+        assert!(!assemble::has_named(&unhelped));
+        assert_eq!(unhelped.refuted.unwrap().how, "hardly better");
     }
 
     /// Four times the work would be of the square.

@@ -303,22 +303,24 @@ impl Judge<'_> {
 
     /// A ranked set fitted to its end. Models are nested: one that ends above the
     /// baseline has lost its way, and begins again from there. So does every model of the
-    /// balance, which is cheap: its few break-aways leave several minima of the static level.
+    /// balance, which is cheap: its few break-aways leave several minima of the static level; and
+    /// an effect with an edge, alone, which has as many as there are rows near it.
     fn finished(&self, ranked: &Fitted) -> Option<Fitted> {
         let finished = self.bench.finished(ranked)?;
         let is_better = self.score(&finished) < self.score(self.baseline) + PLAIN_RATIO.ln();
         let walked = is_better.then(|| self.bench.walked(finished.clone()));
         let is_lost = self.score(&finished) > self.score(self.baseline);
-        let is_balance = self.bench.law == Law::Balance;
-        let from_refit = (is_lost || is_balance)
+        let has_edge = |set: &[usize]| match *set {
+            [one] => self.bench.candidates[one].edge.is_some(),
+            _ => false,
+        };
+        let begins_again = is_lost || self.bench.law == Law::Balance || has_edge(&ranked.set);
+        let from_refit = begins_again
             .then(|| self.bench.fit(&ranked.set, Some(self.baseline)))
             .flatten();
-        let from_refit = from_refit.map(|fitted| {
-            if is_balance {
-                fitted
-            } else {
-                self.bench.walked(fitted)
-            }
+        let from_refit = from_refit.map(|fitted| match has_edge(&fitted.set) {
+            true => self.bench.walked(fitted),
+            false => fitted,
         });
         let ends = [walked, Some(finished), from_refit].into_iter().flatten();
         ends.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
