@@ -734,16 +734,22 @@ fn runs(law: Law, rig: &Rig, tracks: &[Track<'_>], frozen: &[Frozen]) -> Vec<Vec
 mod tests {
     use super::*;
     use crate::fit::Presence;
-    use truth_plant::{Kind, Request, Strength};
+    use truth_plant::{Kind, Strength};
+
+    const FRICTION: &str = "pressure-dependent-friction";
+
+    /// An axis with a strong friction by pressure, its last recording held out.
+    fn with_friction() -> (Rig, Vec<Recording>, Vec<Recording>) {
+        let (rig, mut recordings) = drawn::of_kind(Kind::Single, 3, Strength::Strong, FRICTION);
+        let held_out = recordings.split_off(recordings.len() - 1);
+        (rig, recordings, held_out)
+    }
 
     /// A strong load in its play was declined for a table over the velocity; held-out recordings
     /// refuted that, and nothing was named.
     #[test]
     fn regress_effects_stand_again_where_a_table_in_their_place_is_refuted() {
-        let request = Request::new(3, Kind::Single).with_noise(1.0);
-        let request = request.with_effect("pressure-dependent-friction").unwrap();
-        let (rig, mut recordings) = drawn::read(&request.with_strength(Strength::Strong));
-        let held_out = recordings.split_off(recordings.len() - 1);
+        let (rig, recordings, held_out) = with_friction();
         let found =
             || diagnose_law(Law::Carriage, &Known::new(&rig, &recordings), &|_| ()).unwrap();
         let mut law = found();
@@ -770,16 +776,12 @@ mod tests {
     /// A load that came and went in many short spans was named, with 0.95, for a force that swings.
     #[test]
     fn regress_what_comes_and_goes_is_no_surer_than_held_out_recordings_make_it() {
-        let request = Request::new(3, Kind::Single).with_noise(1.0);
-        let request = request.with_effect("pressure-dependent-friction").unwrap();
-        let (rig, mut recordings) = drawn::read(&request.with_strength(Strength::Strong));
-        let held_out = recordings.split_off(recordings.len() - 1);
+        let (rig, recordings, held_out) = with_friction();
         let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
         let proven = |helps: bool| {
             let known = Known::new(&rig, &recordings);
             let mut law = diagnose_law(Law::Carriage, &known, &|_| ()).unwrap();
-            let friction = "pressure-dependent-friction";
-            law.improved.presence = Some(Presence::nowhere(friction, recordings.len()));
+            law.improved.presence = Some(Presence::nowhere(FRICTION, recordings.len()));
             if !helps {
                 law.frozen[Model::Improved as usize] = law.frozen[Model::Refitted as usize].clone();
             }
