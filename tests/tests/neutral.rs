@@ -388,8 +388,8 @@ const EFFECTS: &[(&str, f64)] = &[
     ("effects.wall-temperature.offset_K", 5.0),
     ("effects.wall-temperature.heat_capacity_J_K", 20.0),
     ("effects.wall-temperature.outer_W_K", 3.0),
-    // Long, so that the piston is within it.
-    ("effects.end-cushion.length_m", 0.2703),
+    // Long, so that the piston begins within its edge.
+    ("effects.end-cushion.length_m", 0.2701),
     ("effects.end-cushion.needle_area_m2", 2e-6),
     ("effects.gas-temperature-dynamics.memory_a", 0.3),
     ("effects.gas-temperature-dynamics.memory_b", 0.4),
