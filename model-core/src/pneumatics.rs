@@ -135,7 +135,8 @@ impl<R: Real> Pneumatics<R> {
     ) {
         match valve {
             Some(drive) => {
-                self.step_open(state, drive, (from_m, to_m), dt_s);
+                let areas = self.port_areas(&drive.areas, (from_m, to_m));
+                self.step_open(state, (&areas, drive.supply), (from_m, to_m), dt_s);
             }
             None => self.step_closed(state, (from_m, to_m), dt_s),
         }
@@ -152,22 +153,18 @@ impl<R: Real> Pneumatics<R> {
         to_m: R,
         dt_s: R,
     ) {
+        let areas = &self.port_areas(&valve.areas, (from_m, to_m));
         if !self.supply_droop.is_present() {
-            self.step_open(state, valve, (from_m, to_m), dt_s);
+            self.step_open(state, (areas, valve.supply), (from_m, to_m), dt_s);
             return;
         }
-        let areas = &self.port_areas(&valve.areas, (from_m, to_m));
         let constant = self.gas.gas_constant_j_per_kg_k;
         let tank = self
             .supply_droop
             .between(&self.law, constant, valve.supply, dt_s);
         let wanted = self.draw(areas, tank.now(&state.tank), self.ports(state));
         let seen = tank.seen(&state.tank, wanted);
-        let drive = ValveDrive {
-            supply: seen,
-            ..*valve
-        };
-        let ports = self.step_open(state, &drive, (from_m, to_m), dt_s);
+        let ports = self.step_open(state, (areas, seen), (from_m, to_m), dt_s);
         let (drawn, _) = self.draw(areas, seen, ports);
         tank.step(&mut state.tank, seen, drawn);
     }
@@ -186,13 +183,12 @@ impl<R: Real> Pneumatics<R> {
     fn step_open(
         &self,
         state: &mut PneumaticState<R>,
-        drive: &ValveDrive<R>,
+        (areas, supply): (&[PortAreas<R>; 2], GasState<R>),
         way_m: (R, R),
         dt_s: R,
     ) -> [Port<R>; 2] {
-        let areas = &self.port_areas(&drive.areas, way_m);
         if !self.back_pressure.is_present() {
-            return self.step_sides(state, (areas, drive.supply, self.ambient), way_m, dt_s);
+            return self.step_sides(state, (areas, supply, self.ambient), way_m, dt_s);
         }
         let constant = self.gas.gas_constant_j_per_kg_k;
         let silencer = self
@@ -200,7 +196,7 @@ impl<R: Real> Pneumatics<R> {
             .within(&self.law, constant, self.ambient, dt_s);
         let offered = self.vent(areas, silencer.now(&state.silencer), self.ports(state));
         let seen = silencer.seen(&state.silencer, offered);
-        let ports = self.step_sides(state, (areas, drive.supply, seen), way_m, dt_s);
+        let ports = self.step_sides(state, (areas, supply, seen), way_m, dt_s);
         let (vented, _) = self.vent(areas, seen, ports);
         silencer.step(&mut state.silencer, seen, vented);
         ports
