@@ -82,21 +82,11 @@ pub struct ValveDrive<R> {
     pub supply: GasState<R>,
 }
 
-/// Areas of the two paths that end at one port.
-#[derive(Clone, Copy)]
-struct PortAreas<R> {
-    /// From the supply.
-    supply_m2: R,
-    /// The same path for gas that flows back into the supply.
-    backflow_m2: R,
-    /// To the exhaust.
-    exhaust_m2: R,
-}
-
-/// The two paths that end at one port, and what is behind them.
+/// The two paths that end at one port.
 #[derive(Clone, Copy)]
 struct PortPaths<R> {
-    areas: PortAreas<R>,
+    supply_area_m2: R,
+    exhaust_area_m2: R,
     supply: GasState<R>,
     exhaust: GasState<R>,
 }
@@ -135,7 +125,7 @@ impl<R: Real> Pneumatics<R> {
     ) {
         match valve {
             Some(drive) => {
-                let areas = self.port_areas(&drive.areas, (from_m, to_m));
+                let areas = self.cushioned(&drive.areas, drive.supply, state, (from_m, to_m));
                 self.step_open(state, (&areas, drive.supply), (from_m, to_m), dt_s);
             }
             None => self.step_closed(state, (from_m, to_m), dt_s),
@@ -153,16 +143,17 @@ impl<R: Real> Pneumatics<R> {
         to_m: R,
         dt_s: R,
     ) {
-        let areas = &self.port_areas(&valve.areas, (from_m, to_m));
         if !self.supply_droop.is_present() {
-            self.step_open(state, (areas, valve.supply), (from_m, to_m), dt_s);
+            self.step(state, Some(valve), from_m, to_m, dt_s);
             return;
         }
         let constant = self.gas.gas_constant_j_per_kg_k;
         let tank = self
             .supply_droop
             .between(&self.law, constant, valve.supply, dt_s);
-        let wanted = self.draw(areas, tank.now(&state.tank), self.ports(state));
+        let stored = tank.now(&state.tank);
+        let areas = &self.cushioned(&valve.areas, stored, state, (from_m, to_m));
+        let wanted = self.draw(areas, stored, self.ports(state));
         let seen = tank.seen(&state.tank, wanted);
         let ports = self.step_open(state, (areas, seen), (from_m, to_m), dt_s);
         let (drawn, _) = self.draw(areas, seen, ports);
@@ -183,7 +174,7 @@ impl<R: Real> Pneumatics<R> {
     fn step_open(
         &self,
         state: &mut PneumaticState<R>,
-        (areas, supply): (&[PortAreas<R>; 2], GasState<R>),
+        (areas, supply): (&PathAreas<R>, GasState<R>),
         way_m: (R, R),
         dt_s: R,
     ) -> [Port<R>; 2] {
@@ -206,17 +197,23 @@ impl<R: Real> Pneumatics<R> {
     fn step_sides(
         &self,
         state: &mut PneumaticState<R>,
-        (&[areas_a, areas_b], supply, exhaust): (&[PortAreas<R>; 2], GasState<R>, GasState<R>),
+        (areas, supply, exhaust): (&PathAreas<R>, GasState<R>, GasState<R>),
         way_m: (R, R),
         dt_s: R,
     ) -> [Port<R>; 2] {
         let [a, b] = self.sides(state, way_m.1, dt_s);
-        let behind = |areas| PortPaths {
-            areas,
+        let paths_a = PortPaths {
+            supply_area_m2: areas.supply_a_m2,
+            exhaust_area_m2: areas.exhaust_a_m2,
             supply,
             exhaust,
         };
-        let (paths_a, paths_b) = (behind(areas_a), behind(areas_b));
+        let paths_b = PortPaths {
+            supply_area_m2: areas.supply_b_m2,
+            exhaust_area_m2: areas.exhaust_b_m2,
+            supply,
+            exhaust,
+        };
         let states_a = (&mut state.a, &mut state.tube_a);
         let port_a = self.step_side(&a, states_a, &paths_a, way_m, dt_s);
         let states_b = (&mut state.b, &mut state.tube_b);
@@ -432,60 +429,72 @@ impl<R: Real> Pneumatics<R> {
 
     /// Flow through both supply paths out of a supply, and its slope by the
     /// supply's pressure (of no use, and nought, where it has been counted).
-    fn draw(&self, areas: &[PortAreas<R>; 2], supply: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
-        let through = |areas: &PortAreas<R>, port| match port {
+    fn draw(&self, areas: &PathAreas<R>, supply: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
+        let through = |area_m2, port| match port {
             Port::Gas { gas, beyond_pa } => {
-                let flow = self.law.flow(areas.between(supply, gas), supply, gas);
+                let flow = self.law.flow(area_m2, supply, gas);
                 let mass = flow.mass_flow_kg_per_s + flow.slope_2_kg_per_s_pa * beyond_pa;
                 (mass, flow.slope_1_kg_per_s_pa)
             }
             Port::Tube(passed) => (passed.supplied_kg_per_s, R::ZERO),
         };
-        let a = through(&areas[0], ports[0]);
-        let b = through(&areas[1], ports[1]);
+        let a = through(areas.supply_a_m2, ports[0]);
+        let b = through(areas.supply_b_m2, ports[1]);
         (a.0 + b.0, a.1 + b.1)
     }
 
     /// Flow through both exhaust paths into an exhaust, and its slope by the
     /// exhaust's pressure (nought as above).
-    fn vent(&self, areas: &[PortAreas<R>; 2], exhaust: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
-        let through = |areas: &PortAreas<R>, port| match port {
+    fn vent(&self, areas: &PathAreas<R>, exhaust: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
+        let through = |area_m2, port| match port {
             Port::Gas { gas, beyond_pa } => {
-                let flow = self.law.flow(areas.exhaust_m2, gas, exhaust);
+                let flow = self.law.flow(area_m2, gas, exhaust);
                 let mass = flow.mass_flow_kg_per_s + flow.slope_1_kg_per_s_pa * beyond_pa;
                 (mass, flow.slope_2_kg_per_s_pa)
             }
             Port::Tube(passed) => (passed.exhausted_kg_per_s, R::ZERO),
         };
-        let a = through(&areas[0], ports[0]);
-        let b = through(&areas[1], ports[1]);
+        let a = through(areas.exhaust_a_m2, ports[0]);
+        let b = through(areas.exhaust_b_m2, ports[1]);
         (a.0 + b.0, a.1 + b.1)
     }
 
-    /// The areas port by port, with the needles of the cushions before what leads out of the
-    /// chambers; with a tube the needles stand behind it instead.
+    /// The areas through a step, with the needles of the cushions before each path that leads
+    /// out of a chamber: to the exhaust and, from a chamber that begins the step above the
+    /// supply, back into that. With a tube the needles stand behind it instead.
     #[inline]
-    fn port_areas(&self, areas: &PathAreas<R>, way_m: (R, R)) -> [PortAreas<R>; 2] {
-        let is_open = !self.cushion.is_present() || self.tube.is_present();
+    fn cushioned(
+        &self,
+        areas: &PathAreas<R>,
+        supply: GasState<R>,
+        state: &PneumaticState<R>,
+        way_m: (R, R),
+    ) -> PathAreas<R> {
+        if !self.cushion.is_present() || self.tube.is_present() {
+            return *areas;
+        }
         let middle_m = (way_m.0 + way_m.1) * R::from_f64(0.5);
-        let port = |supply_m2: R, exhaust_m2: R, chamber: &Chamber<R>| {
-            let outlet_m2 = |valve_m2| {
-                if is_open {
-                    return valve_m2;
-                }
-                let length_m = chamber.geometry.length_m(middle_m);
-                self.cushion.outlet_area_m2(valve_m2, length_m)
+        let needled = |(supply_m2, exhaust_m2), chamber: &Chamber<R>, state: &ChamberState<R>| {
+            let length_m = chamber.geometry.length_m(middle_m);
+            let outlet_m2 = |valve_m2| self.cushion.outlet_area_m2(valve_m2, length_m);
+            let flows_back = state.pressure_pa.value > supply.pressure_pa;
+            let supply_m2 = if flows_back {
+                outlet_m2(supply_m2)
+            } else {
+                supply_m2
             };
-            PortAreas {
-                supply_m2,
-                backflow_m2: outlet_m2(supply_m2),
-                exhaust_m2: outlet_m2(exhaust_m2),
-            }
+            (supply_m2, outlet_m2(exhaust_m2))
         };
-        [
-            port(areas.supply_a_m2, areas.exhaust_a_m2, &self.chamber_a),
-            port(areas.supply_b_m2, areas.exhaust_b_m2, &self.chamber_b),
-        ]
+        let paths_a = (areas.supply_a_m2, areas.exhaust_a_m2);
+        let paths_b = (areas.supply_b_m2, areas.exhaust_b_m2);
+        let (supply_a_m2, exhaust_a_m2) = needled(paths_a, &self.chamber_a, &state.a);
+        let (supply_b_m2, exhaust_b_m2) = needled(paths_b, &self.chamber_b, &state.b);
+        PathAreas {
+            supply_a_m2,
+            supply_b_m2,
+            exhaust_a_m2,
+            exhaust_b_m2,
+        }
     }
 
     /// Flow through the valve's two paths into a volume with this gas.
@@ -510,26 +519,13 @@ impl<R: Real> Pneumatics<R> {
     /// The same path by path.
     #[inline]
     fn path_flows(&self, paths: &PortPaths<R>, gas: GasState<R>) -> PortFlow<R> {
-        let supply_m2 = paths.areas.between(paths.supply, gas);
-        let filling = self.law.flow(supply_m2, paths.supply, gas);
-        let emptying = self.law.flow(paths.areas.exhaust_m2, gas, paths.exhaust);
+        let filling = self.law.flow(paths.supply_area_m2, paths.supply, gas);
+        let emptying = self.law.flow(paths.exhaust_area_m2, gas, paths.exhaust);
         PortFlow {
             supplied_kg_per_s: filling.mass_flow_kg_per_s,
             exhausted_kg_per_s: emptying.mass_flow_kg_per_s,
             supply_slope: filling.slope_2_kg_per_s_pa,
             exhaust_slope: emptying.slope_1_kg_per_s_pa,
-        }
-    }
-}
-
-impl<R: Real> PortAreas<R> {
-    /// Area of the supply's path for the way in which its gas flows.
-    #[inline]
-    fn between(&self, supply: GasState<R>, gas: GasState<R>) -> R {
-        if gas.pressure_pa > supply.pressure_pa {
-            self.backflow_m2
-        } else {
-            self.supply_m2
         }
     }
 }
