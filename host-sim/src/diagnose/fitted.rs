@@ -490,6 +490,12 @@ impl<'a> Bench<'a> {
             .map(|(_, fitted)| fitted.values)
     }
 
+    /// Fits to the end with a fold left out.
+    pub(super) fn fit_beside(&self, model: &Fitted, fold: usize) -> Option<Fitted> {
+        self.fit_from(&model.set, Some(model), 0, Some(fold), SEARCH_ITERATIONS)
+            .map(|(_, fitted)| fitted)
+    }
+
     fn fit_from(
         &self,
         set: &[usize],

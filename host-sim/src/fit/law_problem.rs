@@ -86,6 +86,23 @@ impl Folds {
         }
     }
 
+    /// The second of [two](Self::apart).
+    pub const SECOND: usize = 1;
+
+    /// Two folds: by recording the first row of each stretch, and whether that is of the second.
+    pub fn apart(stretches: &[Vec<(usize, bool)>]) -> Self {
+        let numbered = |stretches: &Vec<(usize, bool)>| {
+            let stretches = stretches.iter();
+            stretches
+                .map(|&(row, is_second)| (row, usize::from(is_second)))
+                .collect()
+        };
+        Self {
+            starts: stretches.iter().map(numbered).collect(),
+            count: 2,
+        }
+    }
+
     /// The fold of a row.
     pub fn fold(&self, recording: usize, row: usize) -> usize {
         let starts = &self.starts[recording];
@@ -152,7 +169,8 @@ struct Piece<'m, 'v, R> {
 }
 
 impl<'v, R> Models<'v, R> {
-    /// A stretch of rows cut where the effect comes or goes.
+    /// A stretch of rows cut where the effect comes or goes. The way to the first row that shows
+    /// it is its own: a position that is late from there on has not gone back.
     fn pieces(&self, rows: &Range<usize>) -> Vec<Piece<'_, 'v, R>> {
         let with = |rows| Piece {
             rows,
@@ -169,7 +187,7 @@ impl<'v, R> Models<'v, R> {
         };
         let (mut pieces, mut done) = (Vec::new(), rows.start);
         for there in &other.there {
-            let from = there.start.clamp(done, rows.end);
+            let from = there.start.saturating_sub(1).clamp(done, rows.end);
             let to = there.end.clamp(from, rows.end);
             pieces.push(without(done..from));
             pieces.push(with(from..to));
