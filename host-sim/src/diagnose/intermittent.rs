@@ -534,36 +534,40 @@ mod tests {
     use crate::laws::Track;
     use truth_plant::{Kind, Request, Strength};
 
-    /// The jump of a position that was late from a moment on was taken for a motion, and the gas
+    /// The jump of a position that is late for a while was taken for a motion, and the gas
     /// was compressed by it: held-out recordings refuted a delay of 5.18 ms, which was there.
     #[test]
-    fn regress_a_position_that_is_late_from_a_moment_on_moves_no_gas() {
+    fn regress_a_position_that_is_late_for_a_while_moves_no_gas() {
         const LATE_ROWS: usize = 5;
         let (rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
-        let mut recordings = recordings[..1].to_vec();
         let in_time = recordings[0].clone();
-        let from = in_time.len() / 2;
+        let late = in_time.len() / 2..in_time.len() * 3 / 4;
+        let mut recordings = recordings[..1].to_vec();
         let column = recordings[0].signals.get_mut("x").unwrap();
-        let shown = &in_time.signal("x").unwrap()[from - LATE_ROWS..];
-        column[from..].copy_from_slice(&shown[..in_time.len() - from]);
+        let shown = &in_time.signal("x").unwrap()[late.start - LATE_ROWS..late.end - LATE_ROWS];
+        column[late.clone()].copy_from_slice(shown);
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let (bench, baseline) = drawn::chambers(&rig, &tracks);
         let skew = "position-time-skew";
-        let mut late = bench.begun(&[drawn::tried(&bench, skew, "sensor.x")], &baseline, 0);
-        late.presence = Some(Presence {
+        let mut model = bench.begun(&[drawn::tried(&bench, skew, "sensor.x")], &baseline, 0);
+        model.presence = Some(Presence {
             effect: skew,
-            spans_s: vec![vec![(in_time.time_s[from], f64::INFINITY)]],
+            spans_s: vec![vec![(in_time.time_s[late.start], in_time.time_s[late.end])]],
         });
-        let place = late.place("effects.position-time-skew.delay_s").unwrap();
-        late.values[place] = in_time.time_s[LATE_ROWS] - in_time.time_s[0];
-        let predicted = bench.predicted_on(&late, &tracks);
+        let place = model.place("effects.position-time-skew.delay_s").unwrap();
+        model.values[place] = in_time.time_s[LATE_ROWS] - in_time.time_s[0];
+        let predicted = bench.predicted_on(&model, &tracks);
         let expected = bench.predicted_on(&baseline, &[Track::new(&in_time)]);
-        let whole = in_time.len() - 2 * LATE_ROWS;
         for output in 0..2 {
-            let pairs = predicted[0][output].iter().zip(&expected[0][output]);
-            let apart_pa = pairs.take(whole).map(|(one, other)| (one - other).abs());
-            let most_pa = apart_pa.fold(0.0, f64::max);
-            assert!(most_pa < 1.0, "{most_pa} Pa");
+            let apart_pa =
+                |row: usize| (predicted[0][output][row] - expected[0][output][row]).abs();
+            // What the carriage did in the last rows before it is shown in time again is not known.
+            let is_known = |row: &usize| !(late.end - LATE_ROWS..=late.end).contains(row);
+            let most_pa = (0..in_time.len())
+                .filter(is_known)
+                .map(apart_pa)
+                .fold(0.0, f64::max);
+            assert!(most_pa < 10.0, "{most_pa} Pa");
         }
     }
 

@@ -444,7 +444,12 @@ impl LawProblem<'_> {
         let count = start.len();
         let mut state = start.to_vec();
         let mut room = Vec::new();
+        let mut before: Option<&Values<'_, R>> = None;
         for piece in models.pieces(&rows) {
+            if let Some(before) = before.replace(piece.values) {
+                let models = (before, piece.values);
+                (self.law).handed_on(models, track, piece.rows.start, &mut state);
+            }
             // One row more, from which the next piece goes on.
             let end = (piece.rows.end + 1).min(rows.end);
             let begun = self.begun(track, piece.rows.start, std::mem::take(&mut state));

@@ -321,6 +321,38 @@ pub(super) fn predict<R: Real>(
     }
 }
 
+/// States at a row, to which one model led, for another that goes on from there: where that
+/// takes the carriage to be elsewhere, the gas is pressed there without heat.
+pub(super) fn handed_on<R: Real>(
+    (from, to): (&Values<'_, R>, &Values<'_, R>),
+    track: &Track<'_>,
+    row: usize,
+    states: &mut [R],
+) {
+    let Some((pneumatics, position)) = to.pneumatics().zip(track.signal("x")) else {
+        return;
+    };
+    let skew_s = |values: &Values<'_, R>| values.effect("position-time-skew", "delay_s", 0.0);
+    let at_m = |skew_s| delayed(&track.recording.time_s, position, row, skew_s);
+    let (from_m, to_m) = (at_m(skew_s(from)), at_m(skew_s(to)));
+    let kappa = pneumatics.gas.heat_capacity_ratio;
+    let sides: Vec<Side> = sides(to.rig).collect();
+    for (index, side) in sides.iter().enumerate() {
+        let chamber = match side {
+            Side::A => &pneumatics.chamber_a,
+            Side::B => &pneumatics.chamber_b,
+        };
+        let volume_m3 = |position_m| chamber.geometry.volume_m3(position_m);
+        let ratio = volume_m3(from_m) / volume_m3(to_m);
+        let pressed = ratio.powf(kappa);
+        states[index] = states[index] * pressed;
+        if to.has_temperature_state(*side) {
+            let place = index + sides.len();
+            states[place] = states[place] * pressed / ratio;
+        }
+    }
+}
+
 /// The part of a row after the leak has opened.
 fn share_open<R: Real>(time_s: &[f64], row: usize, onset_s: R) -> R {
     let length = R::from_f64(time_s[row + 1] - time_s[row]);

@@ -206,6 +206,19 @@ impl Law {
         }
     }
 
+    /// States at a row, to which one model led, for another that goes on from there.
+    pub fn handed_on<R: Real>(
+        self,
+        models: (&Values<'_, R>, &Values<'_, R>),
+        track: &Track<'_>,
+        row: usize,
+        states: &mut [R],
+    ) {
+        if self == Self::Chambers {
+            chambers::handed_on(models, track, row, states);
+        }
+    }
+
     /// A start for a number that the recordings show of themselves. From a static level far
     /// above the true one the fit of a carriage ends in another minimum: a model that holds for
     /// too long says little of by how much.
