@@ -151,12 +151,13 @@ impl Start {
         let begun = [Some(baseline.clone()), first, last]
             .into_par_iter()
             .flatten();
-        let concentrated = begun
-            .clone()
-            .filter_map(|model| windows.concentrated(&model));
-        let starts = begun
-            .chain(concentrated)
-            .map(|model| Self::of(bench, model));
+        let with_concentrated = |model: Fitted| {
+            let missed = bench.squares_in_windows(&model);
+            let concentrated = windows.concentrated(&model, &missed);
+            let concentrated = concentrated.map(|model| Self::of(bench, model));
+            [Some(Self::of_missed(bench, model, missed)), concentrated]
+        };
+        let starts = begun.flat_map(with_concentrated).flatten();
         starts.min_by(|(_, one), (_, other)| one.total_cmp(other))
     }
 
@@ -185,10 +186,15 @@ impl Start {
         sides.max_by_key(|(rows, _)| *rows).map(|(_, start)| start)
     }
 
-    /// The spans in which a model misses most, and how unlikely what it misses is, per row, as
-    /// noise of one size there and of another elsewhere: the mean logarithm of both squares.
+    /// A model with the spans in which it misses most.
     fn of(bench: &Bench<'_>, model: Fitted) -> (Self, f64) {
         let missed = bench.squares_in_windows(&model);
+        Self::of_missed(bench, model, missed)
+    }
+
+    /// The spans in which a model misses most, and how unlikely what it misses is, per row, as
+    /// noise of one size there and of another elsewhere: the mean logarithm of both squares.
+    fn of_missed(bench: &Bench<'_>, model: Fitted, missed: Vec<Vec<f64>>) -> (Self, f64) {
         let usual = mean(&missed.concat());
         let excess = |recording: usize, row: usize| missed[recording][row] - usual;
         let worst = Presence::of_largest_gain("", bench.tracks, excess);
@@ -251,9 +257,9 @@ impl<'a> Windows<'a> {
         }
     }
 
-    /// A model fitted again to the half of the windows in which it misses least.
-    fn concentrated(&self, model: &Fitted) -> Option<Fitted> {
-        let squares = self.bench.squares_in_windows(model);
+    /// A model fitted again to the half of the windows in which it misses least, by its squares of
+    /// each recording and row.
+    fn concentrated(&self, model: &Fitted, squares: &[Vec<f64>]) -> Option<Fitted> {
         let missed = |window: &Window| mean(&squares[window.recording][window.rows.clone()]);
         let usual = median(self.all.iter().map(missed).collect())?;
         self.refitted(model, |window| missed(window) > usual)
