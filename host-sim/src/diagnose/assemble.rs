@@ -33,13 +33,14 @@ const LOST_COMMANDS: std::ops::Range<f64> = 0.3..10.0;
 pub fn improved_rig(rig: &Rig, laws: &[LawDiagnosis]) -> Rig {
     let mut improved = rig.clone();
     for law in laws {
-        for &index in &law.improved.set {
+        let model = law.for_the_rig();
+        for &index in &model.set {
             for (key, value) in &law.candidates[index].switches {
                 // Keys of effects always have a place.
                 let _ = improved.set_value(key, *value);
             }
         }
-        let mut fitted = law.improved.shared_values();
+        let mut fitted = model.shared_values();
         // A time between signals is there where the law that showed it has not taken it back.
         fitted.retain(|key, _| {
             !TIMES_OF_SENSORS.contains(&key.as_str()) || improved.value(key).is_some()
@@ -564,14 +565,15 @@ fn noise_floor(
 fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
     let mut all = BTreeMap::new();
     for law in laws {
-        let (before, after) = (law.baseline.shared_values(), law.improved.shared_values());
+        let improved = law.for_the_rig();
+        let (before, after) = (law.baseline.shared_values(), improved.shared_values());
         for key in before.keys().chain(after.keys()) {
-            let index = law.improved.place(key);
+            let index = improved.place(key);
             let parameter = Parameter {
                 given: rig.value(key),
                 refitted: before.get(key).copied(),
                 improved: after.get(key).copied(),
-                std: index.and_then(|index| law.improved.standard_deviations[index]),
+                std: index.and_then(|index| improved.standard_deviations[index]),
             };
             all.insert(key.clone(), parameter);
         }
@@ -612,9 +614,20 @@ fn refuted_note(law: &LawDiagnosis) -> Option<String> {
     ))
 }
 
+fn unproven_note(law: &LawDiagnosis) -> Option<String> {
+    law.is_unproven.then(|| {
+        format!(
+            "not borne out on held-out data: predictions of the {} are worse with {} than without, by so few windows that this may be chance; the improved rig does not hold it",
+            law.law.title(),
+            what_was_put_in(law)
+        )
+    })
+}
+
 fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit, train: &[Recording]) -> Vec<String> {
     let mut notes: Vec<String> = laws.iter().flat_map(|law| law.screened.clone()).collect();
     notes.extend(laws.iter().filter_map(refuted_note));
+    notes.extend(laws.iter().filter_map(unproven_note));
     notes.extend(shown::hidden_note(laws));
     notes.extend(laws.iter().filter_map(lost_commands_note));
     notes.extend(unexplained_notes(rig, laws, fit));

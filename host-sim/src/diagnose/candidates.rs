@@ -33,6 +33,10 @@ const FORGETTING_WAY: Prior = Prior {
     standard_deviation: 0.15e-3,
 };
 
+/// A seal that ages rises by up to 1.5 times its static level, which is some 1.4 times the
+/// Coulomb level: what rests a second tells no rise from a slower and larger one.
+const MOST_RISE: f64 = 2.0;
+
 /// One effect in one form at one place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
@@ -53,6 +57,8 @@ pub struct Candidate {
     /// Whether the residuals jump with its parameters: derivatives mislead there,
     /// and a search by values goes on where they end.
     pub is_rough: bool,
+    /// Whether it is nothing while the carriage moves: break-aways alone show it.
+    pub is_of_rests: bool,
     /// Where something begins or ends in it.
     pub edge: Option<Edge>,
     /// The uncertain numbers that take it up, each as much as it is large, where it is there all
@@ -104,6 +110,7 @@ impl Candidate {
             starts: vec![Vec::new()],
             marks: Vec::new(),
             is_rough: false,
+            is_of_rests: false,
             edge: None,
             taken_up_by: Vec::new(),
             voids: Vec::new(),
@@ -128,6 +135,11 @@ impl Candidate {
 
     fn rough(mut self) -> Self {
         self.is_rough = true;
+        self
+    }
+
+    fn of_rests(mut self) -> Self {
+        self.is_of_rests = true;
         self
     }
 
@@ -793,9 +805,14 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
         all.extend(position_friction(rig, &shares));
         all.push(
             Candidate::new("dwell-stiction", place)
-                .free(
+                .free_as(
                     "rise_N",
+                    Scope::Shared,
                     (0.0, 20.0 * coulomb),
+                    Some(Prior {
+                        mean: 0.0,
+                        standard_deviation: MOST_RISE * coulomb,
+                    }),
                     &[0.2 * coulomb, coulomb, coulomb],
                 )
                 .free(
@@ -809,7 +826,8 @@ fn carriage_candidates(rig: &Rig, tracks: &[Track<'_>], force: f64) -> Vec<Candi
                     (2e-5, 1e-3),
                     Some(FORGETTING_WAY),
                     &[FORGETTING_WAY.mean],
-                ),
+                )
+                .of_rests(),
         );
     }
     if let Some(mass) = rig.value("carriage.mass_kg") {

@@ -30,6 +30,8 @@ pub struct Bench<'a> {
     pub candidates: Vec<Candidate>,
     /// Noise of each output, SI.
     pub noise: Vec<f64>,
+    /// To what break-aways are known beside the noise of what is recorded, N.
+    pub(super) break_aways_known_to_n: f64,
     /// What each model's own noise is made of.
     pub(super) draws: Draws,
     /// The groups of rows that cross-validation leaves out in turn.
@@ -121,6 +123,7 @@ impl<'a> Bench<'a> {
             ordinary,
             candidates: Vec::new(),
             noise: noise::of_outputs(law, rig, tracks),
+            break_aways_known_to_n: balance::BREAKAWAY_NOISE_N,
             draws: Draws::default(),
             folds: Folds::of(&lengths),
             is_long_search: false,
@@ -132,6 +135,7 @@ impl<'a> Bench<'a> {
     pub(super) fn learn_from(&mut self, other: &Bench<'_>) {
         self.candidates.clone_from(&other.candidates);
         self.noise.clone_from(&other.noise);
+        self.break_aways_known_to_n = other.break_aways_known_to_n;
         self.draws.clone_from(&other.draws);
     }
 
@@ -619,8 +623,10 @@ impl<'a> Bench<'a> {
                     // A residual that is limited by itself keeps its weight: else a fit
                     // that begins off all break-aways stays off them.
                     if self.is_of_events(output) {
-                        let of_inputs = noise.powi(2) - balance::BREAKAWAY_NOISE_N.powi(2);
-                        return balance::KNOWN_TO_N.hypot(of_inputs.max(0.0).sqrt());
+                        let known_to_n = self.break_aways_known_to_n;
+                        let of_inputs = noise.powi(2) - known_to_n.powi(2);
+                        let known_to_n = known_to_n.min(balance::KNOWN_TO_N);
+                        return known_to_n.hypot(of_inputs.max(0.0).sqrt());
                     }
                     square.sqrt().max(*noise)
                 })

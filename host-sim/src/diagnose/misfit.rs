@@ -72,6 +72,15 @@ impl Bench<'_> {
         rows.unwrap_or_default()
     }
 
+    /// Squares of what two models miss of the single events that both tell of.
+    pub(super) fn squared_at_events(&self, models: [&Fitted; 2]) -> Vec<(f64, f64)> {
+        let [one, other] = models.map(|model| self.missed_at_events(model));
+        let pairs = one.into_iter().zip(other);
+        let told = pairs.filter(|(one, other)| one.is_finite() && other.is_finite());
+        told.map(|(one, other)| (one * one, other * other))
+            .collect()
+    }
+
     /// Whether a model misses so much of an output that effects are looked for in it.
     pub(super) fn may_miss(&self, model: &Fitted, output: usize) -> bool {
         self.excess(model, output) > self.worth_a_search()

@@ -15,6 +15,7 @@
 
 mod alone;
 mod between_rows;
+mod break_aways;
 pub mod candidates;
 pub mod fitted;
 mod fold_squares;
@@ -68,7 +69,7 @@ use locate::Located;
 use loose_load::Refined;
 use misfit::MISSED;
 use next_experiment::NextExperiment;
-use proof::{Frozen, Run};
+use proof::{Frozen, Run, Said};
 use rayon::prelude::*;
 use search::{Evidence, Outcome};
 use std::borrow::Cow;
@@ -143,6 +144,9 @@ pub struct LawDiagnosis {
     pub explained: f64,
     /// What was put into the model and held-out recordings spoke against.
     pub refuted: Option<Refuted>,
+    /// Whether held-out recordings are predicted worse with the named effects, though not so
+    /// plainly that this refutes them: the improved rig does not hold them.
+    pub is_unproven: bool,
     /// Whether only held-out recordings show that something is missing.
     pub is_surprised: bool,
     /// A table in the place of a force that no effect explains.
@@ -245,17 +249,29 @@ impl LawDiagnosis {
     fn prove(&mut self, rig: &Rig, tracks: &[Track<'_>], held_out: &[Recording]) {
         self.held_out = runs(self.law, rig, tracks, &self.frozen);
         if assemble::is_unnamed(self) && proof::worsens_a_signal(self, held_out) {
-            self.leave_out();
-        } else if proof::refutes(self, held_out) {
-            match self.of_effects.take() {
-                Some(of_effects) => {
-                    *self = *of_effects;
-                    self.prove(rig, tracks, held_out);
-                }
-                None => self.take_back("worse"),
+            return self.leave_out();
+        }
+        match (proof::said(self, held_out), self.of_effects.take()) {
+            (Said::Worse, Some(of_effects)) => {
+                *self = *of_effects;
+                self.prove(rig, tracks, held_out);
             }
-        } else if self.improved.presence.is_some() {
-            self.doubt_moments(held_out);
+            (Said::Worse, None) => self.take_back("worse"),
+            (Said::WorseByChance, _) => {
+                self.is_unproven = true;
+                self.show_refitted();
+            }
+            (Said::Nothing, _) if self.improved.presence.is_some() => self.doubt_moments(held_out),
+            (Said::Nothing, _) => {}
+        }
+    }
+
+    /// The model that goes into the improved rig.
+    pub fn for_the_rig(&self) -> &Fitted {
+        if self.is_unproven {
+            &self.baseline
+        } else {
+            &self.improved
         }
     }
 
@@ -295,6 +311,11 @@ impl LawDiagnosis {
         }
         self.rivals.clear();
         self.next_experiment = None;
+        self.show_refitted();
+    }
+
+    /// What the refitted model predicts stands for what the improved one does.
+    fn show_refitted(&mut self) {
         let (refitted, improved) = (Model::Refitted as usize, Model::Improved as usize);
         self.frozen[improved] = self.frozen[refitted].clone();
         self.train[improved] = self.train[refitted].clone();
@@ -523,6 +544,7 @@ fn written(
         is_open: settled.term.is_some() || full.misses_plainly(&settled.improved),
         explained: settled.explained,
         refuted: None,
+        is_unproven: false,
         is_surprised: false,
         term: settled.term,
         of_effects: None,
@@ -569,6 +591,7 @@ fn searched(
     let misfit = baseline.mean_square[0].sqrt();
     bench.candidates = candidates(bench.law, bench.rig, &tracks, misfit);
     let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
+    let baseline = bench.learn_break_aways(baseline);
     let mut outcome = if bench.is_worth_a_search(&baseline) {
         bench.keep_best_starts(&[&baseline, &bench.as_given(&baseline)]);
         search::search(&bench, &baseline, progress)

@@ -122,7 +122,7 @@ pub(super) fn floor(
     [still, moved]: [&[Vec<Vec<f64>>]; 2],
 ) -> Vec<f64> {
     let fitted = bench.rig.with_values(&model.shared_values());
-    let own = of_outputs(bench.law, &fitted, bench.tracks);
+    let own = bench.noise_of_outputs(&fitted);
     own.iter()
         .enumerate()
         .map(|(output, &own)| {

@@ -13,6 +13,7 @@ use super::noise::{self, Shaken};
 use crate::fit::law_problem::LawProblem;
 use crate::fit::own_noise::{Draw, InOwnNoise, OwnNoise};
 use crate::laws::{Law, balance};
+use crate::rig::Rig;
 
 /// Models are fitted in their own noise where the noise is so many times what the law itself is
 /// known to: where that of the inputs is not under three quarters of it.
@@ -48,7 +49,7 @@ impl Bench<'_> {
 
     /// The noise of each output without what one more draw of some of it changes.
     fn noise_beside(&self, model: &Fitted, shaken: &Shaken) -> Vec<f64> {
-        let own = noise::of_outputs(self.law, self.rig, self.tracks).into_iter();
+        let own = self.noise_of_outputs(self.rig).into_iter();
         let with = self.floor_under(model, shaken).into_iter().zip(own);
         let noise = self.noise.iter().zip(with);
         noise
@@ -67,10 +68,19 @@ impl Bench<'_> {
         noise::floor(self, model, [&still, &moved])
     }
 
+    /// The noise of each output that is not of the inputs, SI.
+    pub(super) fn noise_of_outputs(&self, rig: &Rig) -> Vec<f64> {
+        let mut noise = noise::of_outputs(self.law, rig, self.tracks);
+        if self.law == Law::Balance {
+            noise[balance::BREAKAWAY] = self.break_aways_known_to_n;
+        }
+        noise
+    }
+
     /// Whether models are fitted in their own noise too: where that of the inputs is not well
     /// under what is looked for anyway.
     pub(super) fn is_fitted_in_own_noise(&self) -> bool {
-        let own = noise::of_outputs(self.law, self.rig, self.tracks);
+        let own = self.noise_of_outputs(self.rig);
         let outputs = own.iter().zip(&self.noise).enumerate();
         // Single events are too few to tell a model's noise by.
         let mut rows = outputs.filter(|(output, _)| !self.is_of_events(*output));
@@ -117,7 +127,7 @@ impl Bench<'_> {
                 self.draws.beside_pressures.clone(),
             )
         } else {
-            let own = noise::of_outputs(self.law, self.rig, self.tracks);
+            let own = self.noise_of_outputs(self.rig);
             (&self.draws.of_all, own)
         };
         let shaken = shaken.tracks();

@@ -1,8 +1,7 @@
 //! How much a set of effects explains, and whether each of its members earns its place.
 
-use super::evidence::{
-    Evidence, by_chance_without_one, explained_probability, log_gain, probability,
-};
+use super::evidence::{Evidence, explained_probability, is_by_chance, log_gain, probability};
+use crate::diagnose::candidates::Candidate;
 use crate::diagnose::fitted::{Bench, Fitted, Set};
 use crate::diagnose::fold_squares::FoldSquares;
 use crate::diagnose::materiality::Mark;
@@ -44,11 +43,6 @@ const TOLD_FROM_NOUGHT: f64 = 3.0;
 /// ... and the least part of the carriage's mass that a load is: as of friction, that much more
 /// or less does not matter.
 const LEAST_LOAD: f64 = 0.02;
-
-/// Break-aways are few, and any candidate has as many numbers to fit them by: what chance
-/// does as well in one of so many trials is none. A dozen candidates are tried, hence the
-/// hundredth that is asked of one alone, tenfold.
-pub(super) const CHANCE: f64 = 1e-3;
 
 /// Cross-validated squares per output.
 type Judged = Vec<FoldSquares>;
@@ -292,7 +286,7 @@ impl<'a> Judge<'a> {
         // alone is to take most of it away, as among others.
         let is_creep = self.bench.law == Law::Balance && helped == balance::CREEPING;
         let rivals = others + usize::from(is_told && is_creep);
-        let is_chance = self.bench.is_of_events(helped) && self.chance(with, without) > CHANCE;
+        let is_chance = self.bench.is_of_events(helped) && self.is_chance(with, without);
         let is_plain = !at_bound
             && !is_chance
             && gain > 0.0
@@ -337,18 +331,11 @@ impl<'a> Judge<'a> {
         self.bench.is_long() && taken > ERROR_OF_FORM
     }
 
-    /// Probability that chance lowers the squares of so few events as far as the numbers do
-    /// that one model has more than the other; without the event that gains most, as a single
-    /// one may have been no break-away.
-    fn chance(&self, with: &Fitted, without: &Fitted) -> f64 {
-        let squares = |model: &Fitted| {
-            let rows = self.bench.missed_at_events(model).into_iter();
-            rows.map(|missed| missed * missed)
-        };
-        let pairs = squares(without).zip(squares(with));
-        let told = pairs.filter(|(before, after)| before.is_finite() && after.is_finite());
+    /// Whether chance lowers the squares of single events as far as the numbers do that one model
+    /// has more than the other.
+    fn is_chance(&self, with: &Fitted, without: &Fitted) -> bool {
         let more = with.shared.saturating_sub(without.shared);
-        by_chance_without_one(told.collect(), more)
+        is_by_chance(self.bench.squared_at_events([without, with]), more)
     }
 
     /// Whether an effect is smaller than what matters, in every number that has such a mark.
@@ -399,9 +386,14 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether every size of an effect is nought within what it is known to: whatever it explains,
-    /// some other number does.
+    /// some other number does. A size beside a number that gives the effect its shape is not asked:
+    /// a small one that grows at once and a large one that grows slowly leave the same, so that it
+    /// is known badly, however plain it is that there is one.
     fn is_nought(&self, model: &Fitted, candidate: usize) -> bool {
-        let marks = &self.bench.candidates[candidate].marks;
+        let Candidate { free, marks, .. } = &self.bench.candidates[candidate];
+        if free.iter().any(|free| is_decisive(&free.key)) {
+            return false;
+        }
         let is_nought = |(key, mark): &(String, Mark)| {
             let Some(place) = model.place(key).filter(|_| matches!(mark, Mark::From(_))) else {
                 return false;
@@ -415,7 +407,6 @@ impl<'a> Judge<'a> {
     /// Whether a decisive number of an effect stands on its bound: a play of nought is
     /// a compliance, a stiction that grows at once a static level, a fitting no tube.
     pub(super) fn is_another(&self, model: &Fitted, candidate: usize) -> bool {
-        let is_decisive = |name: &str| DECISIVE.iter().any(|number| name.ends_with(number));
         let mut own = self.at_bound(model, candidate);
         own.any(|(name, at_bound)| at_bound && is_decisive(name))
     }
@@ -431,6 +422,11 @@ impl<'a> Judge<'a> {
         all.zip(model.at_bound.iter().copied())
             .filter(move |(name, _)| free.iter().any(|free| name.starts_with(&free.key)))
     }
+}
+
+/// Whether an effect is another one without this number.
+fn is_decisive(name: &str) -> bool {
+    DECISIVE.iter().any(|number| name.ends_with(number))
 }
 
 /// Whether the mass of a load is nought within what it is known to, or next to nothing beside

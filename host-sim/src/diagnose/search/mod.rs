@@ -16,7 +16,7 @@ use judge::{Judge, PLAIN_RATIO_AMONG_MANY};
 use std::collections::BTreeSet;
 
 pub use evidence::Evidence;
-pub(super) use evidence::{mean, probability_of};
+pub(super) use evidence::{is_by_chance, mean, probability_of};
 pub use judge::PLAIN_RATIO;
 pub(super) use judge::{is_no_load, plain_ratio};
 pub(super) use sets::{with, without};
