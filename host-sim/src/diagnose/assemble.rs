@@ -614,7 +614,7 @@ fn refuted_note(law: &LawDiagnosis) -> Option<String> {
     ))
 }
 
-fn unproven_note(law: &LawDiagnosis) -> Option<String> {
+pub(super) fn unproven_note(law: &LawDiagnosis) -> Option<String> {
     law.is_unproven.then(|| {
         format!(
             "not borne out on held-out data: predictions of the {} are worse with {} than without, by so few windows that this may be chance; the improved rig does not hold it",
@@ -689,6 +689,11 @@ fn next_experiment(kind: Kind, laws: &[LawDiagnosis]) -> Option<String> {
             let names = [accepted, rival].map(|index| law.candidates[index].effect);
             Some(words::what_to_record(law.next_experiment.as_ref(), names))
         }),
+        Kind::Named => {
+            let unproven = laws.iter().filter(|law| law.is_unproven);
+            let effects: Vec<&str> = unproven.flat_map(LawDiagnosis::named).collect();
+            words::bearing_out(&effects)
+        }
         Kind::NothingMissing | Kind::NotObservable if !laws.is_empty() => {
             let hidden = shown::hidden(laws);
             (!hidden.is_empty()).then(|| words::ruling_out(&hidden))

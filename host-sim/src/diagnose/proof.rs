@@ -10,7 +10,7 @@ use super::fitted::{Bench, Columns, Fitted};
 use super::intermittent;
 use super::leaps;
 use super::noise;
-use super::search::PLAIN_RATIO;
+use super::search::{PLAIN_RATIO, mean};
 use super::{LawDiagnosis, Model};
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
 use crate::fit::presence::{Presence, refined_each};
@@ -404,33 +404,33 @@ fn hangs_on_chance(law: &LawDiagnosis) -> bool {
 /// Error of the improved model over that of the refitted one in the typical window of the
 /// held-out recordings: in the geometric mean, above the noise.
 fn typical_ratio(law: &LawDiagnosis) -> Option<f64> {
+    let pairs = energies_of_windows(law)?.into_iter().flatten();
+    let logs: Vec<f64> = pairs
+        .map(|[mine, theirs]| ((mine + 1.0) / (theirs + 1.0)).ln())
+        .collect();
+    Some((0.5 * mean(&logs)).exp())
+}
+
+/// What the improved and the refitted model leave of each output in each window of the held-out
+/// recordings, in units of the noise.
+fn energies_of_windows(law: &LawDiagnosis) -> Option<Vec<Vec<[f64; 2]>>> {
     let improved = held_out_windows(law, Model::Improved)?;
     let refitted = held_out_windows(law, Model::Refitted)?;
-    let of_window = |(mine, theirs): (&&Vec<f64>, &&Vec<f64>)| -> f64 {
-        let outputs = mine.iter().zip(theirs.iter()).zip(&law.floor);
-        let logs = outputs.map(|((mine, theirs), floor)| {
-            let noise = floor.powi(2);
-            ((mine + noise) / (theirs + noise)).ln()
-        });
-        logs.sum()
+    let of_window = |(mine, theirs): (&Vec<f64>, &Vec<f64>)| {
+        let outputs = mine.iter().zip(theirs).zip(&law.floor);
+        let pairs =
+            outputs.map(|((mine, theirs), floor)| [mine, theirs].map(|e| e / floor.powi(2)));
+        pairs.collect()
     };
-    let logs: f64 = improved.iter().zip(&refitted).map(of_window).sum();
-    let count = (improved.len() * law.floor.len()).max(1);
-    Some((0.5 * logs / count as f64).exp())
+    Some(improved.into_iter().zip(refitted).map(of_window).collect())
 }
 
 /// By how much the windows of the held-out recordings are predicted worse by the improved model,
 /// in standard deviations of their sum as they vary among themselves.
 fn worse_by(law: &LawDiagnosis) -> Option<f64> {
-    let improved = held_out_windows(law, Model::Improved)?;
-    let refitted = held_out_windows(law, Model::Refitted)?;
-    let of_window = |(mine, theirs): (&&Vec<f64>, &&Vec<f64>)| -> f64 {
-        let outputs = mine.iter().zip(theirs.iter()).zip(&law.floor);
-        let worse = outputs.map(|((mine, theirs), floor)| (mine - theirs) / floor.powi(2));
-        worse.sum()
-    };
-    let worse: Vec<f64> = improved.iter().zip(&refitted).map(of_window).collect();
-    Some(deviations_of_sum(&worse))
+    let windows = energies_of_windows(law)?.into_iter();
+    let worse = windows.map(|window| window.iter().map(|[mine, theirs]| mine - theirs).sum());
+    Some(deviations_of_sum(&worse.collect::<Vec<f64>>()))
 }
 
 /// A sum in standard deviations of it: nought of nothing.

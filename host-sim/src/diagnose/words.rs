@@ -2,7 +2,7 @@
 
 mod experiments;
 
-pub use experiments::{ruling_out, separating};
+pub use experiments::{bearing_out, ruling_out, separating};
 
 use super::candidates::Candidate;
 use super::next_experiment::NextExperiment;

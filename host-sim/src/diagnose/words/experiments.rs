@@ -346,6 +346,20 @@ pub fn ruling_out(effects: &[&str]) -> String {
     )
 }
 
+/// What to record, and to hold out, that bears effects out or refutes them.
+pub fn bearing_out(effects: &[&str]) -> Option<String> {
+    let shown: Vec<&str> = effects
+        .iter()
+        .filter_map(|effect| shown_by(effect))
+        .collect();
+    (!shown.is_empty()).then(|| {
+        format!(
+            "To bear out what is named, record {}, and give that with --held-out.",
+            shown.join("; ")
+        )
+    })
+}
+
 /// Where more effects than this are to be ruled out, one varied motion does it.
 const MOST_TOGETHER: usize = 3;
 
@@ -365,6 +379,16 @@ mod tests {
             assert!(shown_by(known.name).is_some(), "{}", known.name);
         }
         assert_eq!(SHOWN_BY.len(), EFFECTS.len());
+    }
+
+    #[test]
+    fn prop_what_bears_an_effect_out_is_what_shows_it() {
+        let said = bearing_out(&["dwell-stiction"]).unwrap();
+        assert!(
+            said.contains("a ladder of rests") && said.contains("--held-out"),
+            "{said}"
+        );
+        assert_eq!(bearing_out(&["no-effect"]), None);
     }
 
     #[test]
