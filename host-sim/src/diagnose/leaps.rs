@@ -50,13 +50,18 @@ fn between(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Option<Vec<Vec<(f64, 
         .then_some(spans_s)
 }
 
+/// From which size on a leap is told from noise.
+pub(super) fn least_leap_pa(noise_pa: f64) -> f64 {
+    LEAP_DEVIATIONS * std::f64::consts::SQRT_2 * noise_pa
+}
+
 /// The rows that a pressure has leapt to; none where it leaps too often.
 fn leaps(pressure_pa: &[f64], noise_pa: f64) -> Vec<usize> {
     let steps: Vec<f64> = pressure_pa
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).abs())
         .collect();
-    let least_pa = LEAP_DEVIATIONS * std::f64::consts::SQRT_2 * noise_pa;
+    let least_pa = least_leap_pa(noise_pa);
     let is_leap = |step: &usize| {
         let near = steps.iter().enumerate();
         let near = near.skip(step.saturating_sub(NEAR)).take(2 * NEAR + 1);
