@@ -56,7 +56,8 @@ const AN_EVENT: f64 = 0.005;
 /// something is there does not depend on what it is, so every effect begins the
 /// second time from the spans of the best; unless that explains next to nothing.
 ///
-/// Offsets of gauges begin where those leap.
+/// Offsets of gauges begin where those leap. What break-aways alone show is no effect of a carriage
+/// that moves.
 ///
 /// The effects that were fitted as if they were always there (`lasting`) begin where they help:
 /// what changes its sign along the way is missed no more in its spans than noise at any moment.
@@ -75,6 +76,7 @@ pub fn search(
             .filter_map(|one| where_it_helps(bench, one)),
     );
     begun.extend(where_gauges_leap(bench, baseline));
+    retain_what_may_show(bench, baseline, &mut begun);
     let first = round(bench, &begun, score, f64::INFINITY);
     let Some((best, presence)) = first
         .first()
@@ -91,7 +93,9 @@ pub fn search(
     };
     // In its own spans a rival comes near the best at once.
     let far = score(best) + bench.noise.len() as f64 * FAR_FROM_BEST.ln();
-    let mut all = round(bench, &promising_of(bench, &[again], score), score, far);
+    let mut begun = promising_of(bench, &[again], score);
+    retain_what_may_show(bench, baseline, &mut begun);
+    let mut all = round(bench, &begun, score, far);
     all.extend(first);
     all.sort_by(|a, b| score(a).total_cmp(&score(b)));
     retain_first_of_each_set(&mut all);
@@ -406,6 +410,18 @@ fn promising(
     let order = prospect::order(bench, &start.model, &all, score);
     let best = order.into_iter().take(PROMISING);
     best.map(|place| all[place].clone()).collect()
+}
+
+/// Where single events alone are missed, the effects of rests alone. (Contacts of another form than
+/// the model's miss break-aways by four times their noise, and for a minute every effect was tried
+/// in a part of the time.)
+fn retain_what_may_show(bench: &Bench<'_>, baseline: &Fitted, begun: &mut Vec<(Set, Fitted)>) {
+    let mut of_rows = (0..bench.noise.len()).filter(|&output| !bench.is_of_events(output));
+    if of_rows.any(|output| bench.may_miss(baseline, output)) {
+        return;
+    }
+    let is_of_rests = |&index: &usize| bench.candidates[index].is_of_rests;
+    begun.retain(|(set, _)| set.iter().all(is_of_rests));
 }
 
 /// Of models that are sorted, best first, the best one of each set.
