@@ -479,7 +479,7 @@ mod tests {
         let (bench, baseline) = drawn::searched(Law::Balance, &rig, &tracks);
         let is_none = |effect: &str, known_to_n_per_m: f64| {
             let load = drawn::tried(&bench, effect, "force-balance");
-            let mut model = bench.begun(&vec![load], &baseline, 0);
+            let mut model = bench.begun(&[load], &baseline, 0);
             let numbers = [
                 ("load_mass_kg", 0.74, 0.05),
                 ("stiffness_N_m", 956e3, known_to_n_per_m),
