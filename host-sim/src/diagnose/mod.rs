@@ -861,6 +861,16 @@ mod tests {
         assert!(!assemble::has_named(&refuted) && refuted.refuted.is_some());
     }
 
+    /// Without held-out recordings what was named of a carriage was "not borne out" by them.
+    #[test]
+    fn regress_recordings_that_were_not_given_say_nothing() {
+        let (rig, recordings, _) = with_friction();
+        let known = Known::new(&rig, &recordings);
+        let mut law = diagnose_law(Law::Carriage, &known, &|_| ()).unwrap();
+        law.prove(&rig, &[], &[]);
+        assert!(assemble::has_named(&law) && !law.is_unproven && law.refuted.is_none());
+    }
+
     /// Four times the work would be of the square.
     #[test]
     fn prop_twice_as_long_recordings_take_about_twice_the_work() {

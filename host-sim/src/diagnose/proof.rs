@@ -298,8 +298,9 @@ pub(super) fn said(law: &LawDiagnosis, held_out: &[Recording]) -> Said {
         _ if refutes(law, held_out) => return Said::Worse,
         _ => return Said::Nothing,
     };
+    // Recordings that were not given say nothing.
     let over_horizon = ratio(law, |run| &run.horizon, held_out);
-    if over_horizon.is_some_and(|ratio| ratio <= REFUTED) {
+    if over_horizon.is_none_or(|ratio| ratio <= REFUTED) {
         Said::Nothing
     } else if deviations < PLAINLY_WORSE {
         Said::WorseByChance
