@@ -280,12 +280,17 @@ impl<'a> Bench<'a> {
     /// A set as a fit of it begins, from a model without some of its effects.
     pub(super) fn begun(&self, set: &[usize], parent: &Fitted, start: usize) -> Fitted {
         let begun = self.restricted(parent, set);
-        let parameters = self.with_problem(set, self.tracks, None, |problem| problem.parameters());
+        let parameters = self.parameters_of(set);
         let started = self.started(parameters, &begun.names, set, Some(parent), start);
         Fitted {
             values: started.iter().map(|parameter| parameter.start).collect(),
             ..begun
         }
+    }
+
+    /// All parameters of a fit of a set.
+    pub(super) fn parameters_of(&self, set: &[usize]) -> Vec<Parameter> {
+        self.with_problem(set, self.tracks, None, |problem| problem.parameters())
     }
 
     /// A step from each start of the new effects, and a few more from the best of them: unfinished,
@@ -476,7 +481,7 @@ impl<'a> Bench<'a> {
     /// fair start of an effect that a refit has hidden.
     pub fn as_given(&self, like: &Fitted) -> Fitted {
         let mut given = self.restricted(like, &[]);
-        let starts = self.with_problem(&[], self.tracks, None, |problem| problem.parameters());
+        let starts = self.parameters_of(&[]);
         for (value, parameter) in given.values.iter_mut().zip(starts) {
             *value = parameter.start;
         }

@@ -45,6 +45,8 @@ pub mod search;
 mod shown;
 mod strayed;
 pub mod summary;
+mod swinging_load;
+mod swung;
 mod unknown_input;
 pub mod unknown_term;
 pub mod verdict;
@@ -63,7 +65,7 @@ use crate::recording::Recording;
 use crate::rig::Rig;
 use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
-use known::Known;
+use known::{Doubts, Known};
 use limits::Limit;
 use locate::Located;
 use loose_load::Refined;
@@ -463,7 +465,7 @@ fn diagnose_law(law: Law, known: &Known<'_>, progress: &dyn Fn(&str)) -> Option<
     let tracks: Vec<Track<'_>> = known.train.iter().map(Track::new).collect();
     let mut full = Bench::new(law.searched_by(), &known.rig, &tracks);
     let mut searched = searched(law, &mut full, known, &progress)?;
-    let settled = settled(&full, &mut searched);
+    let settled = settled(&full, &mut searched, &known.doubts);
     // What comes and goes at moments that suit it may be there always, over the state.
     let comes_and_goes = settled.improved.presence.is_some();
     // A law of another form than the library's leaves something; where a table leaves plainly less
@@ -633,7 +635,7 @@ fn searched(
 }
 
 /// What the free running axis adds: a loose load as its motion shows it, or that it shows none.
-fn settled(full: &Bench<'_>, searched: &mut Searched) -> Settled {
+fn settled(full: &Bench<'_>, searched: &mut Searched, doubts: &[Doubts]) -> Settled {
     let outcome = &mut searched.outcome;
     let refined = loose_load::refined(full, &outcome.baseline, &outcome.improved);
     let is_none = |one: &Refined| search::is_no_load(full, &one.model, one.candidate);
@@ -650,6 +652,9 @@ fn settled(full: &Bench<'_>, searched: &mut Searched) -> Settled {
             .for_each(|&needless| outcome.decline(needless));
         outcome.improved = one.begun.clone();
         outcome.judge_again(full);
+    }
+    if let Some(sized) = swinging_load::sized(full, &outcome.improved, doubts) {
+        outcome.improved = sized;
     }
     let mut settled = Settled::of(full, outcome);
     if let Some(one) = refined {

@@ -60,23 +60,29 @@ pub(super) fn declared(rig: &Rig, signal: &str) -> Option<f64> {
 pub(super) struct Shaken {
     recordings: Vec<Recording>,
     motions: Vec<Option<Motion>>,
+    /// As in [`Track::balanced_over`].
+    balanced_over_s: Vec<f64>,
 }
 
 impl Shaken {
-    /// Of recordings.
-    pub fn new(recordings: Vec<Recording>) -> Self {
+    /// Of recordings, by those that were not shaken.
+    pub fn new(recordings: Vec<Recording>, still: &[Track<'_>]) -> Self {
         let motion = |recording: &Recording| Track::new(recording).motion;
         Self {
             motions: recordings.iter().map(motion).collect(),
+            balanced_over_s: still.iter().map(Track::balanced_over_s).collect(),
             recordings,
         }
     }
 
     /// Ready to drive laws.
     pub fn tracks(&self) -> Vec<Track<'_>> {
-        let pairs = self.recordings.iter().zip(&self.motions);
-        pairs
-            .map(|(recording, motion)| Track::with_motion(recording, motion.clone()))
+        let recordings = self.recordings.iter().zip(&self.motions);
+        let recordings = recordings.zip(&self.balanced_over_s);
+        recordings
+            .map(|((recording, motion), half_width_s)| {
+                Track::with_motion(recording, motion.clone()).balanced_over(*half_width_s)
+            })
             .collect()
     }
 
@@ -99,7 +105,7 @@ impl Shaken {
             mixed
         };
         let pairs = self.recordings.iter().zip(still);
-        Self::new(pairs.map(as_recorded).collect())
+        Self::new(pairs.map(as_recorded).collect(), still)
     }
 }
 
@@ -110,7 +116,7 @@ pub(super) fn shaken(bench: &Bench<'_>, doubts: &[Doubts]) -> Shaken {
     let with_a_draw = |(number, track): (usize, &Track<'_>)| {
         with_a_draw(bench.rig, track.recording, number, doubts.get(number))
     };
-    Shaken::new(tracks.map(with_a_draw).collect())
+    Shaken::new(tracks.map(with_a_draw).collect(), bench.tracks)
 }
 
 /// The noise floor of each output, that of the inputs included as a model carries it on: what it

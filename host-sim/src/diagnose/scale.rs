@@ -66,11 +66,7 @@ fn scale_wave(bench: &Bench<'_>, baseline: &Fitted) -> Option<(Wave, f64)> {
         .value("carriage.mass_kg")
         .or_else(|| bench.rig.value("carriage.mass_kg"))?;
     let sliding = bench.residuals_of(baseline).swap_remove(0);
-    let curvatures: Vec<Vec<f64>> = bench
-        .tracks
-        .iter()
-        .map(|track| balance::curvature(&track.recording.time_s))
-        .collect();
+    let curvatures: Vec<Vec<f64>> = bench.tracks.iter().map(balance::curvature).collect();
     let mut rows = Vec::new();
     for ((track, missed_n), curvature) in bench.tracks.iter().zip(&sliding).zip(&curvatures) {
         let position_m = track.recording.signal("x")?;

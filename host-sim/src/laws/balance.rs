@@ -31,7 +31,9 @@ use model_core::real::Real;
 
 /// Half width of the bump, s: 40 ms in all resolve the reversal of a hard
 /// stroke, and average the pressures' noise to a fifth.
-const HALF_WIDTH_S: f64 = 0.02;
+pub(super) const HALF_WIDTH_S: f64 = 0.02;
+/// It holds no fewer rows than this on either side of its middle.
+pub const FEWEST_ROWS: usize = 3;
 /// Slower than this at any row of it, a window may stick, m/s. Well above the
 /// noise of a smoothed velocity (some 0.3 mm/s).
 const CREEPING_M_PER_S: f64 = 3e-3;
@@ -86,8 +88,9 @@ struct Bump {
 }
 
 impl Bump {
-    fn new(step_s: f64) -> Self {
-        let half = ((HALF_WIDTH_S / step_s).round() as usize).max(3);
+    fn of(track: &Track<'_>) -> Self {
+        let step_s = super::motion::median_step_s(&track.recording.time_s);
+        let half = ((track.balanced_over_s() / step_s).round() as usize).max(FEWEST_ROWS);
         let ends = half as f64 + 1.0;
         let at = |row: usize| (row as f64 - half as f64) / ends;
         let rows = 2 * half + 1;
@@ -113,14 +116,14 @@ impl Bump {
 }
 
 /// How the rows around one weigh in its balance.
-pub(super) fn weights(time_s: &[f64]) -> Vec<f64> {
-    Bump::new(super::motion::median_step_s(time_s)).weights
+pub(super) fn weights(track: &Track<'_>) -> Vec<f64> {
+    Bump::of(track).weights
 }
 
 /// How the rows around one weigh in the acceleration that its balance counts, 1/s2: one row more
 /// on either side than in the bump.
-pub fn curvature(time_s: &[f64]) -> Vec<f64> {
-    Bump::new(super::motion::median_step_s(time_s)).curvature
+pub fn curvature(track: &Track<'_>) -> Vec<f64> {
+    Bump::of(track).curvature
 }
 
 /// An output that is not predicted at a row.
@@ -196,7 +199,7 @@ pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: 
     let bristle = values.bristle();
     let ambient = carriage.ambient_pressure_pa;
     let time = &track.recording.time_s;
-    let bump = Bump::new(super::motion::median_step_s(time));
+    let bump = Bump::of(track);
     let mut gas: Vec<f64> = Vec::with_capacity(track.len());
     let mut driving: Vec<R> = Vec::with_capacity(track.len());
     let mut force: Vec<R> = Vec::with_capacity(track.len());

@@ -247,7 +247,7 @@ impl Law {
     /// How rows weigh, in order and in all 1, in what is predicted at the middle one of them.
     pub fn weights(self, track: &Track<'_>) -> Vec<f64> {
         match self {
-            Self::Balance => balance::weights(&track.recording.time_s),
+            Self::Balance => balance::weights(track),
             _ => vec![1.0],
         }
     }
@@ -284,6 +284,8 @@ pub struct Track<'a> {
     pub motion: Option<Motion>,
     /// What a balance amounts to at every row.
     nought: Vec<f64>,
+    /// Half the width of the windows in which forces are balanced, s.
+    balanced_over_s: f64,
 }
 
 impl<'a> Track<'a> {
@@ -309,7 +311,22 @@ impl<'a> Track<'a> {
             recording,
             motion: None,
             nought: vec![0.0; recording.len()],
+            balanced_over_s: balance::HALF_WIDTH_S,
         }
+    }
+
+    /// The same with forces balanced in windows of another half width, s.
+    #[must_use]
+    pub fn balanced_over(self, half_width_s: f64) -> Self {
+        Self {
+            balanced_over_s: half_width_s,
+            ..self
+        }
+    }
+
+    /// Half the width of the windows in which forces are balanced, s.
+    pub fn balanced_over_s(&self) -> f64 {
+        self.balanced_over_s
     }
 
     /// What an output was recorded as: a signal, or nought for a balance.
@@ -335,7 +352,7 @@ impl<'a> Track<'a> {
     }
 
     /// Time from a row to the next, s.
-    fn dt_s(&self, row: usize) -> f64 {
+    pub(crate) fn dt_s(&self, row: usize) -> f64 {
         self.recording.time_s[row + 1] - self.recording.time_s[row]
     }
 }
