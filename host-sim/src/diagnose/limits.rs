@@ -17,8 +17,8 @@ use super::refit::Refit;
 use super::swung::swung;
 use crate::fit::law_problem::Columns;
 use crate::laws::{Law, Motion, Track};
+use crate::plant;
 use crate::recording::Recording;
-use model_core::left_out::LoadCoupling;
 use rayon::prelude::*;
 
 /// From which size on recordings would have shown an effect.
@@ -119,35 +119,30 @@ impl Asked<'_> {
                 model.values[place] = *value;
             }
         }
-        self.behind_a_swung_load(effect, &model)
+        self.behind_a_swung_load(&model)
             .unwrap_or_else(|| self.0.bench.predicted_on(&model, self.0.bench.tracks))
     }
 
     /// What the model without it makes of the motion that a load behind a spring leaves, in the
     /// balance of a recorded motion; none of another effect or law.
-    fn behind_a_swung_load(&self, effect: &Candidate, with: &Fitted) -> Option<Vec<Columns>> {
-        let (bench, model) = (self.0.bench, self.0.model);
-        if bench.law != Law::Balance {
+    fn behind_a_swung_load(&self, with: &Fitted) -> Option<Vec<Columns>> {
+        let bench = self.0.bench;
+        if bench.law != Law::Balance || !bench.carries_a_load(&with.set) {
             return None;
         }
-        let number = |name: &str| with.value(&format!("effects.{}.{name}", effect.effect));
-        let load = LoadCoupling {
-            load_mass_kg: number("load_mass_kg")?,
-            stiffness_n_per_m: number("stiffness_N_m")?,
-            damping_n_s_per_m: number("damping_Ns_m")?,
-            gap_m: number("gap_m").unwrap_or(0.0),
-        };
-        let mass = "carriage.mass_kg";
-        let mass_kg = with.value(mass).or_else(|| bench.rig.value(mass))?;
+        let rig = bench.switched(&with.set).with_values(&with.shared_values());
+        let carriage = plant::values(&rig).carriage();
+        let load = carriage.load().0?;
         let recorded = bench.tracks.iter();
-        let swung: Option<Vec<(Recording, Motion)>> =
-            recorded.map(|track| swung(track, mass_kg, &load)).collect();
-        let swung = swung?;
-        let tracks = swung.iter();
-        let tracks: Vec<Track<'_>> = tracks
-            .map(|(recording, motion)| Track::with_motion(recording, Some(motion.clone())))
+        let swung: Option<Vec<(Recording, Motion)>> = recorded
+            .map(|track| swung(track, carriage.mass_kg, &load))
             .collect();
-        Some(bench.predicted_on(model, &tracks))
+        let (recordings, motions): (Vec<Recording>, Vec<Motion>) = swung?.into_iter().unzip();
+        let tracks = recordings.iter().zip(motions);
+        let tracks: Vec<Track<'_>> = tracks
+            .map(|(recording, motion)| Track::with_motion(recording, Some(motion)))
+            .collect();
+        Some(bench.predicted_on(self.0.model, &tracks))
     }
 }
 

@@ -634,7 +634,8 @@ fn searched(
     })
 }
 
-/// What the free running axis adds: a loose load as its motion shows it, or that it shows none.
+/// What the free running axis adds: a loose load as its motion shows it, or that it shows none. And
+/// one on a spring as the windows show it that know it best.
 fn settled(full: &Bench<'_>, searched: &mut Searched, doubts: &[Doubts]) -> Settled {
     let outcome = &mut searched.outcome;
     let refined = loose_load::refined(full, &outcome.baseline, &outcome.improved);

@@ -141,7 +141,8 @@ impl Bench<'_> {
         Some(InOwnNoise { problem, noise })
     }
 
-    fn carries_a_load(&self, set: &[usize]) -> bool {
+    /// Whether one of some effects is a load behind a spring.
+    pub(super) fn carries_a_load(&self, set: &[usize]) -> bool {
         let mut free = set.iter().flat_map(|&index| &self.candidates[index].free);
         free.any(|free| free.key.ends_with(".load_mass_kg"))
     }

@@ -13,7 +13,7 @@
 use super::fitted::{Bench, Fitted};
 use super::known::Doubts;
 use super::noise;
-use crate::laws::{Law, Track, balance, median_step_s};
+use crate::laws::{Law, Track, balance};
 
 /// The effect.
 const LOAD: &str = "load-compliance";
@@ -61,18 +61,18 @@ fn in_windows_of(
     let tracks: Vec<Track<'_>> = tracks
         .map(|track| track.balanced_over(half_width_s))
         .collect();
-    if !tracks.iter().all(is_resolved) {
+    if !tracks.iter().all(balance::is_resolved) {
         return None;
     }
-    let bench = bench_like(searched, &tracks);
+    let mut bench = bench_like(searched, &tracks);
     let shaken = noise::shaken(&bench, doubts);
-    let floor = bench.floor_under(begun, &shaken);
-    let fitted = |tracks: &[Track<'_>]| {
-        let mut bench = bench_like(searched, tracks);
-        bench.noise.clone_from(&floor);
-        bench.finished(&bench.with_values(begun, begun.values.clone()))
-    };
-    let (as_recorded, bent) = rayon::join(|| fitted(&tracks), || fitted(&shaken.tracks()));
+    bench.noise = bench.floor_under(begun, &shaken);
+    let tracks = shaken.tracks();
+    let mut shaken = bench_like(searched, &tracks);
+    shaken.noise.clone_from(&bench.noise);
+    let fitted =
+        |bench: &Bench<'_>| bench.finished(&bench.with_values(begun, begun.values.clone()));
+    let (as_recorded, bent) = rayon::join(|| fitted(&bench), || fitted(&shaken));
     let (as_recorded, bent) = (as_recorded?, bent?);
     let pairs = as_recorded.values.iter().zip(&bent.values);
     let bends: Vec<f64> = pairs.map(|(here, bent)| bent - here).collect();
@@ -95,12 +95,6 @@ fn bench_like<'a>(searched: &Bench<'a>, tracks: &'a [Track<'a>]) -> Bench<'a> {
     let mut bench = Bench::new(searched.law, searched.rig, tracks);
     bench.candidates.clone_from(&searched.candidates);
     bench
-}
-
-/// Whether a window holds enough rows.
-fn is_resolved(track: &Track<'_>) -> bool {
-    let rows = track.balanced_over_s() / median_step_s(&track.recording.time_s);
-    rows.round() >= balance::FEWEST_ROWS as f64
 }
 
 /// The model with the load of another, and all else fitted beside it.

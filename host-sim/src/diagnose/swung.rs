@@ -11,14 +11,10 @@
 //!
 //! Where the carriage stands its friction holds it, and the load swings on alone.
 
-use crate::laws::{Motion, Track};
-
+use crate::laws::{Motion, STANDING_M_PER_S, Track};
 use crate::recording::Recording;
 use model_core::friction::FrictionStep;
 use model_core::left_out::{LoadCoupling, LoadState};
-
-/// A smoothed velocity below this is noise (some 0.3 mm/s): the carriage stands.
-const STANDING_M_PER_S: f64 = 1e-3;
 
 /// The recording of a carriage of this mass, load and all; none without a position.
 pub(super) fn swung(

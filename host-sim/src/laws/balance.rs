@@ -33,7 +33,7 @@ use model_core::real::Real;
 /// stroke, and average the pressures' noise to a fifth.
 pub(super) const HALF_WIDTH_S: f64 = 0.02;
 /// It holds no fewer rows than this on either side of its middle.
-pub const FEWEST_ROWS: usize = 3;
+const FEWEST_ROWS: usize = 3;
 /// Slower than this at any row of it, a window may stick, m/s. Well above the
 /// noise of a smoothed velocity (some 0.3 mm/s).
 const CREEPING_M_PER_S: f64 = 3e-3;
@@ -87,10 +87,21 @@ struct Bump {
     curvature: Vec<f64>,
 }
 
+/// The rows on either side of its middle that a bump is to hold.
+fn half_rows(track: &Track<'_>, step_s: f64) -> usize {
+    (track.balanced_over_s() / step_s).round() as usize
+}
+
+/// Whether a bump is as narrow as it is to be.
+pub fn is_resolved(track: &Track<'_>) -> bool {
+    let step_s = super::motion::median_step_s(&track.recording.time_s);
+    half_rows(track, step_s) >= FEWEST_ROWS
+}
+
 impl Bump {
     fn of(track: &Track<'_>) -> Self {
         let step_s = super::motion::median_step_s(&track.recording.time_s);
-        let half = ((track.balanced_over_s() / step_s).round() as usize).max(FEWEST_ROWS);
+        let half = half_rows(track, step_s).max(FEWEST_ROWS);
         let ends = half as f64 + 1.0;
         let at = |row: usize| (row as f64 - half as f64) / ends;
         let rows = 2 * half + 1;

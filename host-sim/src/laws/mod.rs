@@ -22,6 +22,7 @@ use crate::rig::Rig;
 use model_core::real::Real;
 use std::ops::Range;
 
+pub(crate) use carriage_history::STANDING_M_PER_S;
 pub use motion::Motion;
 pub(crate) use motion::{median, median_step_s, white_noise};
 pub(crate) use pressure_reading::read_pressures_pa;
