@@ -728,24 +728,32 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// Squared residuals of a fitted model on one recording in units of the noise,
-    /// summed, if its effect were there in these spans.
-    pub fn cost_with_spans(
-        &self,
-        fitted: &Fitted,
+    /// What a fitted model misses of one recording if its effect were there in some spans: squares
+    /// in units of the noise, summed.
+    pub fn cost_of_spans<'b>(
+        &'b self,
+        fitted: &'b Fitted,
         recording: usize,
-        spans_s: &[(f64, f64)],
-    ) -> f64 {
-        let mut presence = fitted.presence.clone();
-        if let Some(presence) = &mut presence {
-            presence.spans_s[recording] = spans_s.to_vec();
+    ) -> impl Fn(&[(f64, f64)]) -> f64 + 'b {
+        let presence = fitted.presence.as_ref();
+        let both_ways = self.with_problem(&fitted.set, self.tracks, presence, |problem| {
+            problem.both_ways(recording, &fitted.values)
+        });
+        move |spans_s| {
+            let mut presence = presence.cloned();
+            if let Some(presence) = &mut presence {
+                presence.spans_s[recording] = spans_s.to_vec();
+            }
+            self.with_problem(&fitted.set, self.tracks, presence.as_ref(), |problem| {
+                let predicted = match &both_ways {
+                    Some(both_ways) => problem.predict_mixed(recording, both_ways),
+                    None => problem.predict_recording(recording, &fitted.values),
+                };
+                let recorded = problem.recorded(recording);
+                let squares = proof::row_squares(&predicted, &recorded, &self.noise);
+                squares.iter().sum()
+            })
         }
-        self.with_problem(&fitted.set, self.tracks, presence.as_ref(), |problem| {
-            let predicted = problem.predict_recording(recording, &fitted.values);
-            let recorded = problem.recorded(recording);
-            let squares = proof::row_squares(&predicted, &recorded, &self.noise);
-            squares.iter().sum()
-        })
     }
 
     /// Squared residuals of a fitted model by recording and row, in units of the

@@ -493,11 +493,7 @@ fn sharpened(bench: &Bench<'_>, model: Fitted, score: &impl Fn(&Fitted) -> f64) 
     let presence = model.presence.clone()?;
     let spans = presence.spans_s.par_iter().enumerate();
     let spans_s = spans
-        .map(|(recording, spans_s)| {
-            refined_each(spans_s, |moved| {
-                bench.cost_with_spans(&model, recording, moved)
-            })
-        })
+        .map(|(recording, spans_s)| refined_each(spans_s, bench.cost_of_spans(&model, recording)))
         .collect();
     let moved = bench.finished(&Fitted {
         presence: Some(Presence {

@@ -5,13 +5,13 @@
 //! are run with dual numbers over the shared ones and those of the recording at
 //! hand, so the cost of derivatives does not grow with the number of recordings.
 
+use super::both_ways::BothWays;
 use super::{LeastSquares, NormalEquations, Parameter, Presence, ResidualSums};
 use crate::laws::{InitialState, Law, Track, View};
 use crate::model::Values;
 use crate::rig::Rig;
 use model_core::real::{Dual, Real};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The most parameters that act on one recording at a time.
@@ -224,31 +224,6 @@ impl<R: Real> Piece<'_, '_, R> {
             }
         }
         room
-    }
-}
-
-/// The part of a mean around a row that lies in some stretches.
-fn part_of(weights: &[f64], row: usize, stretches: &[Range<usize>]) -> f64 {
-    let first = row as isize - (weights.len() / 2) as isize;
-    let is_in = |place: usize| {
-        let row = usize::try_from(first + place as isize);
-        row.is_ok_and(|row| stretches.iter().any(|rows| rows.contains(&row)))
-    };
-    let all = weights.iter().enumerate();
-    let inside = all.filter(|(place, _)| is_in(*place));
-    // Of all of them it is 1 to the last bit.
-    inside.map(|(_, weight)| weight).sum::<f64>() / weights.iter().sum::<f64>()
-}
-
-/// So much of one number, and of another what is missing of a whole.
-fn mix<R: Real>(one: R, other: R, part: f64) -> R {
-    // What is not there may be no number.
-    if part <= 0.0 {
-        other
-    } else if part >= 1.0 {
-        one
-    } else {
-        other + R::from_f64(part) * (one - other)
     }
 }
 
@@ -473,8 +448,7 @@ impl LawProblem<'_> {
         }
     }
 
-    /// Predicts a stretch of rows by a law whose rows do not follow from one another: what is a
-    /// mean over rows in which the effect comes or goes is of both models, each by its part.
+    /// Predicts a stretch of rows by a law whose rows do not follow from one another.
     fn run_apart<R: Real>(
         &self,
         models: &Models<'_, R>,
@@ -482,24 +456,62 @@ impl LawProblem<'_> {
         rows: Range<usize>,
         sink: &mut impl FnMut(usize, &[R], &[R]),
     ) {
-        let Some(without) = &models.without else {
-            return self.law.predict(&models.with, track, rows, &[], sink);
+        match &models.without {
+            Some(without) => self
+                .both_ways_of(&models.with, without, track, &rows)
+                .mixed(&without.there, |row, outputs| sink(row, outputs, &[])),
+            None => self.law.predict(&models.with, track, rows, &[], sink),
+        }
+    }
+
+    fn both_ways_of<R: Real>(
+        &self,
+        with: &Values<'_, R>,
+        without: &Without<'_, R>,
+        track: &Track<'_>,
+        rows: &Range<usize>,
+    ) -> BothWays<R> {
+        let run = |values: &Values<'_, R>, show: &mut dyn FnMut(usize, &[R])| {
+            let mut sink = |row: usize, outputs: &[R], _: &[R]| show(row, outputs);
+            self.law
+                .predict(values, track, rows.clone(), &[], &mut sink);
         };
-        let weights = self.law.weights(track);
-        let mut by_row: BTreeMap<usize, Vec<R>> = BTreeMap::new();
-        let mut keep = |row: usize, outputs: &[R], _: &[R]| {
-            by_row.insert(row, outputs.to_vec());
-        };
-        (self.law).predict(&without.values, track, rows.clone(), &[], &mut keep);
-        let mut show = |row: usize, outputs: &[R], states: &[R]| {
-            let part = part_of(&weights, row, &without.there);
-            let mut mixed = outputs.to_vec();
-            for (here, &other) in mixed.iter_mut().zip(by_row.get(&row).into_iter().flatten()) {
-                *here = mix(*here, other, part);
+        BothWays::new(
+            self.law.weights(track),
+            |show| run(with, show),
+            |show| run(&without.values, show),
+        )
+    }
+
+    /// A recording with the effect that is not always there and without it: none where there is no
+    /// such effect, or rows follow from one another.
+    pub fn both_ways(&self, recording: usize, values: &[f64]) -> Option<BothWays<f64>> {
+        if self.law.has_states() {
+            return None;
+        }
+        let (keys, track) = (self.keys(), &self.tracks[recording]);
+        let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+        self.with_models(recording, &keys, &active[..keys.len()], |models| {
+            let without = models.without.as_ref()?;
+            Some(self.both_ways_of(&models.with, without, track, &(0..track.len())))
+        })
+    }
+
+    /// What [`Self::predict_recording`] says by what is known of both ways, whose effect may have
+    /// been elsewhere.
+    pub fn predict_mixed(&self, recording: usize, both_ways: &BothWays<f64>) -> Columns {
+        let track = &self.tracks[recording];
+        let outputs = self.law.outputs(self.rig).len();
+        let mut predicted = vec![vec![f64::NAN; track.len()]; outputs];
+        let there = self.presence.map_or_else(Vec::new, |presence| {
+            presence.rows(recording, &track.recording.time_s)
+        });
+        both_ways.mixed(&there, |row, outputs| {
+            for (column, &value) in predicted.iter_mut().zip(outputs) {
+                column[row] = value;
             }
-            sink(row, &mixed, states);
-        };
-        (self.law).predict(&models.with, track, rows, &[], &mut show);
+        });
+        predicted
     }
 
     /// States in which those that the model before did not have are as a recording begins.

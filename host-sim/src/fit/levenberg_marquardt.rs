@@ -35,6 +35,10 @@ const LARGEST_DAMPING: f64 = 1.0e100;
 const SMALLEST_DAMPING: f64 = 1.0e-18;
 /// Least share of the predicted decrease for a step to be taken (Nielsen, Moré: any small number).
 const LEAST_GAIN_RATIO: f64 = 1.0e-4;
+/// So many steps in a row that bring less than what matters are the last. Where residuals have
+/// kinks, damping goes up and down and no step is the last by itself: fits to break-aways took 30
+/// to 110 such steps.
+const IDLE_STEPS: usize = 5;
 /// A parameter that the data see this much less than the best-seen one (squared
 /// sensitivities, each in its own scale) is damped as if they saw it that much.
 const LEAST_RELATIVE_CURVATURE: f64 = 1.0e-20;
@@ -431,6 +435,8 @@ struct Solver<'a, P: ?Sized> {
     /// Factor on the damping at the next rejection; doubles with each.
     damping_growth: f64,
     iterations: usize,
+    /// Steps taken in a row that brought less than what matters.
+    idle_steps: usize,
     cost_history: Vec<f64>,
 }
 
@@ -452,6 +458,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
             damping: options.initial_damping,
             damping_growth: 2.0,
             iterations: 0,
+            idle_steps: 0,
             cost_history: vec![point.cost],
             point,
         };
@@ -508,7 +515,14 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
             )
         };
         match next {
-            Some(point) => self.accept(point, gain_ratio),
+            Some(point) => {
+                let is_idle = decrease <= self.options.cost_tolerance * self.point.cost;
+                self.idle_steps = if is_idle { self.idle_steps + 1 } else { 0 };
+                self.accept(point, gain_ratio);
+                if self.idle_steps == IDLE_STEPS {
+                    return Some(Reason::Stalled);
+                }
+            }
             None => {
                 if let Some(reason) = self.reject() {
                     return Some(reason);

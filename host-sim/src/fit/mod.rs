@@ -2,12 +2,14 @@
 //!
 //! - [`normal_equations`]: what a problem adds its rows to
 //! - [`law_problem`]: a law driven by recordings as such a problem
+//! - [`both_ways`]: a recording with an effect and without it
 //! - [`own_noise`]: such a problem in units of the noise that each model makes of its inputs
 //! - [`presence`]: an effect that is there for a part of the time
 //! - [`levenberg_marquardt`]: bounded least squares with priors
 //! - [`compass`]: a search by values, where residuals are not smooth
 //! - [`uncertainty`]: what the data say about the parameters, and what they leave open
 
+pub mod both_ways;
 pub mod compass;
 pub mod law_problem;
 pub mod levenberg_marquardt;

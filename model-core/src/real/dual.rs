@@ -126,6 +126,7 @@ impl<const N: usize> SubAssign for Dual<N> {
 impl<const N: usize> Real for Dual<N> {
     const ZERO: Self = Self::constant(0.0);
     const ONE: Self = Self::constant(1.0);
+    const HAS_DERIVATIVES: bool = true;
 
     #[inline]
     fn from_f64(value: f64) -> Self {

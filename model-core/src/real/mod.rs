@@ -32,6 +32,8 @@ pub trait Real:
     const ZERO: Self;
     /// One.
     const ONE: Self;
+    /// Whether a number carries derivatives: what is done for their sake alone may else be left out.
+    const HAS_DERIVATIVES: bool = false;
 
     /// The constant nearest to `value`, with no derivative.
     fn from_f64(value: f64) -> Self;

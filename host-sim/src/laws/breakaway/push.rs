@@ -143,13 +143,17 @@ impl<R: Real> Push<R> {
         }
     }
 
+    /// How fast it grows on after the carriage has left, N/s.
+    pub fn growth_n_per_s(&self) -> f64 {
+        self.rate_n_per_s.max(LEAST_RATE_N_PER_S)
+    }
+
     /// The force at a time since the first row. Beyond the last it grows on.
     pub fn at(&self, time_s: R) -> R {
         let last = self.time_s.len() - 1;
         let beyond_s = time_s - R::from_f64(self.time_s[last]);
         if beyond_s.value() >= 0.0 {
-            let rate = self.rate_n_per_s.max(LEAST_RATE_N_PER_S);
-            return self.force_n[last] + beyond_s * R::from_f64(rate);
+            return self.force_n[last] + beyond_s * R::from_f64(self.growth_n_per_s());
         }
         let after = self.time_s.partition_point(|&time| time <= time_s.value());
         let before = after.clamp(1, last) - 1;

@@ -22,11 +22,20 @@ const MOST_TOLD_N: f64 = 12.0;
 const WORST_EVENT: f64 = 4.0;
 /// The most by which the force is changed for the model to leave when the carriage did, N ...
 const MOST_MISSING_N: f64 = 128.0;
-/// ... beginning with this ...
-const FIRST_STEP_N: f64 = 1.0;
-/// ... and ending with this, in so many steps at the most.
-const LAST_STEP_N: f64 = 1e-3;
+/// ... after the first look by no more than this (twice as much after every further one) ...
+const FIRST_REACH_N: f64 = 4.0;
+/// ... and no less than this, for the second to tell how the instant moves with the force ...
+const FIRST_STEP_N: f64 = 0.1;
+/// ... until it would change by less than this: the last line through two looks is right to less.
+const LAST_STEP_N: f64 = 1e-2;
+/// After so many looks along such lines (four or five do) the force is found by halves ...
+const LOOKS_ALONG_LINES: usize = 8;
+/// ... in so many looks at the most.
 const MOST_LOOKS: usize = 30;
+/// How the instant moves with the force is told by this much more and less, N: that goes by little
+/// stairs (a carriage that creeps, over a force that is known by row), and the derivatives that it
+/// is set against are those of one of them.
+const EITHER_WAY_N: f64 = 1e-4;
 /// Step of the model, s: a quarter of it changes the force of three carriages by 0.02 to 0.05 N.
 const STEP_S: f64 = 4e-4;
 /// The most of them: the history, and a force that grows by more than is told.
@@ -41,28 +50,6 @@ pub struct Stand<'a, R> {
     pub levels: FrictionLevels<R>,
     /// How stiffly the gas holds the piston.
     pub air_spring_n_per_m: R,
-}
-
-/// By how much less force than it was pushed with a model leaves when the carriage did.
-struct Missing {
-    force_n: f64,
-    /// How much earlier it leaves by a newton more, s/N; below nought.
-    instant_s_per_n: f64,
-}
-
-impl Missing {
-    /// What no such force was found for says no more than that, and by which sign.
-    fn beyond(is_late: bool) -> Self {
-        let force_n = if is_late {
-            -MOST_MISSING_N
-        } else {
-            MOST_MISSING_N
-        };
-        Self {
-            force_n,
-            instant_s_per_n: f64::NEG_INFINITY,
-        }
-    }
 }
 
 /// With so much more force, N, the model leaves so much later than the carriage, s.
@@ -84,54 +71,95 @@ impl Late {
     }
 }
 
-impl Stand<'_, f64> {
-    /// By how much less force the model leaves when the carriage did.
-    fn missing(&self, event: &Breakaway, push: &Push<f64>, standing_m: f64) -> Missing {
-        let late = |more_n: f64| {
-            let at_s = self.leaves_at_s(event, push, more_n, standing_m);
-            let by_s = at_s.map_or(f64::INFINITY, |at_s| at_s - push.left_s);
-            Late { more_n, by_s }
-        };
-        let mut from = late(0.0);
-        let is_late = from.is_late();
-        let mut step_n = if is_late { FIRST_STEP_N } else { -FIRST_STEP_N };
-        let mut to = late(step_n);
-        while to.is_late() == is_late {
-            step_n *= 2.0;
-            if (to.more_n + step_n).abs() > MOST_MISSING_N {
-                return Missing::beyond(is_late);
-            }
-            (from, to) = (to, late(to.more_n + step_n));
-        }
-        // Regula falsi; an end that stays counts half each time (Illinois).
-        let (mut last, mut counts) = (from, 1.0);
-        for _ in 0..MOST_LOOKS {
-            if (to.more_n - last.more_n).abs() < LAST_STEP_N {
-                break;
-            }
-            let held_s = counts * from.by_s;
-            let between = (from.more_n * to.by_s - to.more_n * held_s) / (to.by_s - held_s);
-            let halfway = 0.5 * (from.more_n + to.more_n);
-            let next = late(if between.is_finite() {
-                between
-            } else {
-                halfway
-            });
-            if next.is_late() == to.is_late() {
-                counts *= 0.5;
-            } else {
-                (from, counts) = (to, 1.0);
-            }
-            (last, to) = (to, next);
-        }
-        match to.slope(last).or_else(|| to.slope(from)) {
-            Some(instant_s_per_n) => Missing {
-                force_n: to.by_s / instant_s_per_n - to.more_n,
-                instant_s_per_n,
-            },
-            None => Missing::beyond(is_late),
+/// Between which of the forces that were tried the one lies that is looked for, N more.
+struct Between {
+    late_n: f64,
+    early_n: f64,
+}
+
+impl Between {
+    /// Before any was tried.
+    const OPEN: Self = Self {
+        late_n: f64::NEG_INFINITY,
+        early_n: f64::INFINITY,
+    };
+
+    fn narrow(&mut self, tried: Late) {
+        if tried.is_late() {
+            self.late_n = self.late_n.max(tried.more_n);
+        } else {
+            self.early_n = self.early_n.min(tried.more_n);
         }
     }
+
+    fn contains(&self, more_n: f64) -> bool {
+        self.late_n < more_n && more_n < self.early_n
+    }
+
+    /// Halfway, once there are two.
+    fn middle_n(&self) -> Option<f64> {
+        let middle_n = 0.5 * (self.late_n + self.early_n);
+        middle_n.is_finite().then_some(middle_n)
+    }
+}
+
+impl Stand<'_, f64> {
+    /// By how much less force the model leaves when the carriage did: looked for from where the
+    /// force at that instant is the static level's, along the line through the last two looks.
+    fn missing_n(&self, event: &Breakaway, push: &Push<f64>, standing_m: f64) -> f64 {
+        let late = |more_n: f64| self.late(event, push, more_n, standing_m);
+        let mut last = late(self.held_at_rest_n(event) - push.at(push.left_s));
+        let mut slope = None;
+        let mut between = Between::OPEN;
+        let mut reach_n = FIRST_REACH_N;
+        for look in 0..MOST_LOOKS {
+            between.narrow(last);
+            let step_n = slope.map_or_else(
+                || first_step_n(last.by_s * push.growth_n_per_s()),
+                |slope: f64| -last.by_s / slope,
+            );
+            let along_n = last.more_n + step_n.clamp(-reach_n, reach_n);
+            let is_along = look < LOOKS_ALONG_LINES && between.contains(along_n);
+            let middle_n = between.middle_n().filter(|_| !is_along);
+            let next_n = middle_n.unwrap_or(along_n);
+            if (next_n - last.more_n).abs() < LAST_STEP_N {
+                return -next_n;
+            }
+            if next_n.abs() > MOST_MISSING_N {
+                break;
+            }
+            let next = late(next_n);
+            slope = next.slope(last).or(slope);
+            reach_n *= 2.0;
+            last = next;
+        }
+        // What no such force was found for says no more than that, and by which sign.
+        MOST_MISSING_N.copysign(if last.is_late() { -1.0 } else { 1.0 })
+    }
+
+    /// How much earlier it leaves by a newton more, s/N; without bound where it leaps.
+    fn instant_s_per_n(
+        &self,
+        event: &Breakaway,
+        push: &Push<f64>,
+        more_n: f64,
+        standing_m: f64,
+    ) -> f64 {
+        let late = |more_n: f64| self.late(event, push, more_n, standing_m);
+        let [less, more] = [-EITHER_WAY_N, EITHER_WAY_N].map(|by_n| late(more_n + by_n));
+        more.slope(less).unwrap_or(f64::NEG_INFINITY)
+    }
+
+    fn late(&self, event: &Breakaway, push: &Push<f64>, more_n: f64, standing_m: f64) -> Late {
+        let at_s = self.leaves_at_s(event, push, more_n, standing_m);
+        let by_s = at_s.map_or(f64::INFINITY, |at_s| at_s - push.left_s);
+        Late { more_n, by_s }
+    }
+}
+
+/// A first step of at least [`FIRST_STEP_N`].
+fn first_step_n(step_n: f64) -> f64 {
+    step_n.abs().max(FIRST_STEP_N).copysign(step_n)
 }
 
 impl<R: Real> Stand<'_, R> {
@@ -150,7 +178,7 @@ impl<R: Real> Stand<'_, R> {
         if scale * WORST_EVENT <= 1.0 {
             return None;
         }
-        let missing_n = self.missing_n(still, event, &push, recorded.position.standing_m);
+        let missing_n = self.missing(still, event, &push, recorded.position.standing_m);
         Some(limited(missing_n * R::from_f64(scale)))
     }
 
@@ -169,20 +197,25 @@ impl<R: Real> Stand<'_, R> {
     }
 
     /// The force found without derivatives, with those that it has as the instant is to stay.
-    fn missing_n(
+    fn missing(
         &self,
         still: &Stand<'_, f64>,
         event: &Breakaway,
         push: &Push<R>,
         standing_m: f64,
     ) -> R {
-        let missing = still.missing(event, &push.still(), standing_m);
-        let force_n = R::from_f64(missing.force_n);
+        let still_push = push.still();
+        let still_n = still.missing_n(event, &still_push, standing_m);
+        let force_n = R::from_f64(still_n);
+        if !R::HAS_DERIVATIVES {
+            return force_n;
+        }
         let Some(at_s) = self.leaves_at_s(event, push, -force_n, standing_m) else {
             return force_n;
         };
         let moved_s = at_s - R::from_f64(at_s.value());
-        force_n + moved_s / R::from_f64(missing.instant_s_per_n)
+        let slope = still.instant_s_per_n(event, &still_push, -still_n, standing_m);
+        force_n + moved_s / R::from_f64(slope)
     }
 
     /// When the model leaves that is pushed with so much more force, s since the first row; none
@@ -194,11 +227,7 @@ impl<R: Real> Stand<'_, R> {
         more_n: R,
         standing_m: f64,
     ) -> Option<R> {
-        let bristle = self.carriage.bristle;
-        let dwell = self
-            .carriage
-            .effects
-            .map_or_else(DwellStiction::neutral, |effects| effects.dwell_stiction);
+        let (bristle, dwell) = (self.carriage.bristle, self.dwell());
         let stood_s = R::from_f64(event.rest_s - event.history_s());
         let mut age = dwell.step(R::ZERO, R::ZERO, stood_s);
         let step_s = R::from_f64(STEP_S);
@@ -227,6 +256,21 @@ impl<R: Real> Stand<'_, R> {
             way += step_s * velocity;
         }
         instant_of_way(&way_m, standing_m)
+    }
+
+    /// How the level grows at rest.
+    fn dwell(&self) -> DwellStiction<R> {
+        let effects = &self.carriage.effects;
+        effects.map_or_else(DwellStiction::neutral, |effects| effects.dwell_stiction)
+    }
+
+    /// The static level of a bristle that is bent the way it leaves, after the whole rest, N.
+    fn held_at_rest_n(&self, event: &Breakaway) -> R {
+        let age = self
+            .dwell()
+            .step(R::ZERO, R::ZERO, R::from_f64(event.rest_s));
+        let deflection = self.levels.static_n / self.carriage.bristle.stiffness_n_per_m;
+        self.held(event, R::ZERO, deflection, age).static_n
     }
 
     /// The levels at a velocity and a deflection over the direction in which it leaves: before
@@ -316,27 +360,33 @@ mod tests {
         }
     }
 
+    const EVENT: Breakaway = Breakaway {
+        row: 200,
+        at_s: LEFT_S,
+        direction: 1.0,
+        rest_s: 0.5,
+    };
+
+    /// A push that is this at each millisecond.
+    fn push<R: Real>(rate_n_per_s: f64, force_n: impl Fn(f64) -> f64) -> Push<R> {
+        let time_s: Vec<f64> = (0..400).map(|row| f64::from(row) * 1e-3).collect();
+        Push {
+            force_n: time_s.iter().map(|&at| R::from_f64(force_n(at))).collect(),
+            time_s,
+            left_s: LEFT_S,
+            rate_n_per_s,
+        }
+    }
+
     /// Force at [`LEFT_S`] under which a carriage leaves then that is pushed ever harder.
     fn leaves_under_n<R: Real>(
         stand: &Stand<'_, R>,
         still: &Stand<'_, f64>,
         (start_n, rate_n_per_s): (f64, f64),
     ) -> R {
-        let times = (0..400).map(|row| f64::from(row) * 1e-3);
-        let push_n = |time: f64| R::from_f64(start_n + rate_n_per_s * time);
-        let push = Push {
-            force_n: times.clone().map(push_n).collect(),
-            time_s: times.collect(),
-            left_s: LEFT_S,
-            rate_n_per_s,
-        };
-        let event = Breakaway {
-            row: 200,
-            at_s: LEFT_S,
-            direction: 1.0,
-            rest_s: 0.5,
-        };
-        push_n(LEFT_S) - stand.missing_n(still, &event, &push, STANDING_M)
+        let push_n = |time: f64| start_n + rate_n_per_s * time;
+        let push = push(rate_n_per_s, push_n);
+        R::from_f64(push_n(LEFT_S)) - stand.missing(still, &EVENT, &push, STANDING_M)
     }
 
     /// The effects of a seal that ages, by static level, rise and forgetting way.
@@ -371,6 +421,28 @@ mod tests {
             let loaded_n = leaves_n(start_n);
             println!("pushed from {start_n} N: {loaded_n:.2} N, from nought {unloaded_n:.2}");
             assert!((loaded_n - unloaded_n).abs() < 3.0);
+        }
+    }
+
+    /// Forces that wave as they rise, on carriages that hold less or as much.
+    #[test]
+    fn prop_with_the_missing_force_less_it_leaves_when_the_carriage_did() {
+        let carriage = carriage(CarriageEffects::neutral());
+        for (rate, wave_n) in [(30.0, 0.02), (100.0, 0.1), (400.0, 0.5), (2000.0, 2.0)] {
+            let rises_n = |at_s: f64| 60.0 + rate * (at_s - LEFT_S);
+            let push = push(rate, |at_s| rises_n(at_s) + wave_n * (700.0 * at_s).sin());
+            for static_n in [40.0, 50.0, 60.0] {
+                let stand = stand(&carriage, static_n);
+                let force_n = stand.missing_n(&EVENT, &push, STANDING_M);
+                let at_s = |less_n: f64| {
+                    let at_s = stand.leaves_at_s(&EVENT, &push, -less_n, STANDING_M);
+                    at_s.unwrap_or(f64::INFINITY)
+                };
+                // A wave may hold it back until its next crest, from one force to the next.
+                let (before, after) = (at_s(force_n - 0.02), at_s(force_n + 0.02));
+                println!("{rate} N/s, {static_n} N: {force_n:.3}, {before:.4} to {after:.4} s");
+                assert!(before <= LEFT_S && after >= LEFT_S);
+            }
         }
     }
 
