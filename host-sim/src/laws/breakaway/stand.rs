@@ -26,9 +26,10 @@ const MOST_MISSING_N: f64 = 128.0;
 const FIRST_REACH_N: f64 = 4.0;
 /// ... and no less than this, for the second to tell how the instant moves with the force ...
 const FIRST_STEP_N: f64 = 0.1;
-/// ... until it would change by less than this: the last line through two looks is right to less.
-const LAST_STEP_N: f64 = 1e-2;
-/// After so many looks along such lines (four or five do) the force is found by halves ...
+/// ... until it would change by less than this.
+const LAST_STEP_N: f64 = 3e-3;
+/// After so many looks along such lines (four or five do, but where the force waves and the
+/// instant leaps) it is found by halves ...
 const LOOKS_ALONG_LINES: usize = 8;
 /// ... in so many looks at the most.
 const MOST_LOOKS: usize = 30;
