@@ -28,8 +28,8 @@ const FIRST_REACH_N: f64 = 4.0;
 const FIRST_STEP_N: f64 = 0.1;
 /// ... until it would change by less than this.
 const LAST_STEP_N: f64 = 3e-3;
-/// After so many looks along such lines (four or five do, but where the force waves and the
-/// instant leaps) it is found by halves ...
+/// After so many looks along the line through the last two (four or five do, but where the force
+/// waves and the instant leaps) it is found by halves ...
 const LOOKS_ALONG_LINES: usize = 8;
 /// ... in so many looks at the most.
 const MOST_LOOKS: usize = 30;
