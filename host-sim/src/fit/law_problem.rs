@@ -227,6 +227,13 @@ impl<R: Real> Piece<'_, '_, R> {
     }
 }
 
+/// Writes a row into columns.
+fn put(columns: &mut Columns, row: usize, values: &[f64]) {
+    for (column, &value) in columns.iter_mut().zip(values) {
+        column[row] = value;
+    }
+}
+
 impl LawProblem<'_> {
     /// Whether the initial states are fitted (else taken from the recording, at
     /// the start of each window).
@@ -506,11 +513,7 @@ impl LawProblem<'_> {
         let there = self.presence.map_or_else(Vec::new, |presence| {
             presence.rows(recording, &track.recording.time_s)
         });
-        both_ways.mixed(&there, |row, outputs| {
-            for (column, &value) in predicted.iter_mut().zip(outputs) {
-                column[row] = value;
-            }
-        });
+        both_ways.mixed(&there, |row, outputs| put(&mut predicted, row, outputs));
         predicted
     }
 
@@ -555,9 +558,7 @@ impl LawProblem<'_> {
             let track = &self.tracks[recording];
             for rows in windows(&track.recording.time_s, window_s) {
                 let mut store = |row: usize, outputs: &[f64], _: &[f64]| {
-                    for (column, &value) in predicted.iter_mut().zip(outputs) {
-                        column[row] = value;
-                    }
+                    put(&mut predicted, row, outputs);
                 };
                 let own = (keys.as_slice(), &active[..keys.len()]);
                 let start = self.window_start((recording, rows.start), own, &states, View::Centred);
@@ -621,15 +622,11 @@ impl LawProblem<'_> {
         let mut predicted = vec![vec![f64::NAN; rows]; outputs];
         let mut states: Columns = Vec::new();
         let mut store = |row: usize, out: &[f64], state: &[f64]| {
-            for (column, &value) in predicted.iter_mut().zip(out) {
-                column[row] = value;
-            }
+            put(&mut predicted, row, out);
             if states.len() < state.len() {
                 states = vec![vec![f64::NAN; rows]; state.len()];
             }
-            for (column, &value) in states.iter_mut().zip(state) {
-                column[row] = value;
-            }
+            put(&mut states, row, state);
         };
         self.run(recording, &active, &mut store);
         (predicted, states)
