@@ -563,7 +563,7 @@ impl<'a> Bench<'a> {
     fn cost_tolerance(&self, set: &[usize]) -> f64 {
         if self.ends_early(set) {
             COARSE_COST_TOLERANCE
-        } else if self.is_long() {
+        } else if self.is_long() || self.rows() > LONG_ROWS {
             LONG_COST_TOLERANCE
         } else {
             COST_TOLERANCE

@@ -25,10 +25,10 @@ const MOST_PASSES: usize = 6;
 /// Where the best effect leaves more than this part of each output's amplitude (in the mean
 /// over the outputs), better spans will not make it the one: it will have to leave 0.6.
 const HOPELESS: f64 = 0.92;
-/// An effect that is begun in the spans of the best one and leaves more than this many times the
-/// best one's amplitude (in the mean over the outputs) is not followed: a rival will have to
-/// leave as little.
-const FAR_FROM_BEST: f64 = 4.0;
+/// An effect that is begun and leaves more than this many times the amplitude of what was found (in
+/// the mean over the outputs) is not followed: it will have to leave less than effects that are
+/// there always, and in the spans of the best one as little as that.
+const FAR_FROM_FOUND: f64 = 4.0;
 /// Parts of a recording, to each of which alone a model is fitted: what is there for half of the
 /// time, at any moment, leaves one whole in some recording.
 const PARTS: usize = 6;
@@ -61,9 +61,10 @@ const AN_EVENT: f64 = 0.005;
 ///
 /// The effects that were fitted as if they were always there (`lasting`) begin where they help:
 /// what changes its sign along the way is missed no more in its spans than noise at any moment.
+/// `improved` is the best model of them.
 pub fn search(
     bench: &Bench<'_>,
-    baseline: &Fitted,
+    (baseline, improved): (&Fitted, &Fitted),
     lasting: &[&Fitted],
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<Fitted> {
@@ -77,7 +78,8 @@ pub fn search(
     );
     begun.extend(where_gauges_leap(bench, baseline));
     retain_what_may_show(bench, baseline, &mut begun);
-    let first = round(bench, &begun, score, f64::INFINITY);
+    let far_from = |found| score(found) + bench.noise.len() as f64 * FAR_FROM_FOUND.ln();
+    let first = round(bench, &begun, score, far_from(improved));
     let Some((best, presence)) = first
         .first()
         .and_then(|best| Some((best, best.presence.clone()?)))
@@ -92,10 +94,9 @@ pub fn search(
         spans_s: presence.spans_s,
     };
     // In its own spans a rival comes near the best at once.
-    let far = score(best) + bench.noise.len() as f64 * FAR_FROM_BEST.ln();
     let mut begun = promising_of(bench, &[again], score);
     retain_what_may_show(bench, baseline, &mut begun);
-    let mut all = round(bench, &begun, score, far);
+    let mut all = round(bench, &begun, score, far_from(best));
     all.extend(first);
     all.sort_by(|a, b| score(a).total_cmp(&score(b)));
     retain_first_of_each_set(&mut all);
@@ -629,7 +630,7 @@ mod tests {
         let is_empty: Vec<bool> = start.spans_s.iter().map(Vec::is_empty).collect();
         let first = |recording: usize| recording == 0;
         assert_eq!(is_empty, (0..tracks.len()).map(first).collect::<Vec<_>>());
-        let found = search(&bench, &baseline, &[], &|one| {
+        let found = search(&bench, (&baseline, &baseline), &[], &|one| {
             one.energy_above(&bench.noise)
         });
         let of = |index: usize| &bench.candidates[index];

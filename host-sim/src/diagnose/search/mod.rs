@@ -407,7 +407,8 @@ pub(super) fn share_among(rivals: &[(usize, usize)], evidence: &mut [Evidence]) 
 fn intermittent(judge: &mut Judge<'_>, improved: &Fitted) -> Option<Intermittent> {
     let score = |fitted: &Fitted| judge.score(fitted);
     let lasting: Vec<&Fitted> = judge.fitted.iter().collect();
-    let followed = super::intermittent::search(judge.bench, judge.baseline, &lasting, &score);
+    let found = (judge.baseline, improved);
+    let followed = super::intermittent::search(judge.bench, found, &lasting, &score);
     let model = simplest(judge, &followed)?.clone();
     let candidate = *model.set.first()?;
     if judge.ratio(&model, improved) > PLAIN_RATIO_AMONG_MANY {
