@@ -180,7 +180,7 @@ fn scale_wave(windows: &[Window]) -> Option<Wave> {
         let change = Vector2::new(to.cos() - from.cos(), to.sin() - from.sin());
         (change / window.noise_m, window.apart_m / window.noise_m)
     };
-    let wave = wave::largest(way_m, |radians_per_m| {
+    let wave = wave::largest(way_m, wave::of_a_scale_m(way_m), |radians_per_m| {
         windows
             .iter()
             .map(move |window| change(window, radians_per_m))

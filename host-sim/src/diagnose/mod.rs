@@ -19,6 +19,7 @@ mod break_aways;
 pub mod candidates;
 pub mod fitted;
 mod fold_squares;
+mod friction_wave;
 mod gaps;
 mod hidden_gauge;
 mod intermittent;
@@ -43,6 +44,7 @@ mod remarks;
 mod scale;
 pub mod search;
 mod shown;
+mod sliding;
 mod strayed;
 pub mod summary;
 mod swinging_load;
@@ -604,7 +606,9 @@ fn searched(
     let screened = knowability::screen(bench.law, &tracks, &mut bench.candidates);
     let baseline = bench.learn_break_aways(baseline);
     let mut outcome = if bench.is_worth_a_search(&baseline) {
-        bench.keep_best_starts(&[&baseline, &bench.as_given(&baseline)]);
+        let given = bench.as_given(&baseline);
+        bench.begin_waves_where_missed(&[&baseline, &given]);
+        bench.keep_best_starts(&[&baseline, &given]);
         search::search(&bench, &baseline, progress)
     } else {
         Outcome::nothing(&baseline)

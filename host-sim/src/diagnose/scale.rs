@@ -18,11 +18,11 @@
 use super::fitted::{Bench, Fitted};
 use super::known::Known;
 use super::locate::{self, Located};
+use super::sliding::{self, Row, Sliding};
 use super::wave::{self, Wave};
 use super::{LawDiagnosis, assemble};
-use crate::laws::{Law, Output, Track, balance};
+use crate::laws::{Law, Output, Track};
 use crate::recording::Recording;
-use nalgebra::Vector2;
 
 const OUTPUT: Output = Output {
     signal: "x",
@@ -65,74 +65,15 @@ fn scale_wave(bench: &Bench<'_>, baseline: &Fitted) -> Option<(Wave, f64)> {
     let mass_kg = baseline
         .value("carriage.mass_kg")
         .or_else(|| bench.rig.value("carriage.mass_kg"))?;
-    let sliding = bench.residuals_of(baseline).swap_remove(0);
-    let curvatures: Vec<Vec<f64>> = bench.tracks.iter().map(balance::curvature).collect();
-    let mut rows = Vec::new();
-    for ((track, missed_n), curvature) in bench.tracks.iter().zip(&sliding).zip(&curvatures) {
-        let position_m = track.recording.signal("x")?;
-        let half = curvature.len() / 2;
-        let told = missed_n.iter().enumerate().filter(|(_, n)| n.is_finite());
-        rows.extend(told.map(|(row, missed_n)| Row {
-            around_m: &position_m[row - half..=row + half],
-            curvature,
-            missed: missed_n / bench.noise[0],
-        }));
-    }
-    let unit = bench.noise[0];
-    let wave = largest(&rows, |row, per_m| row.curved(per_m) * -mass_kg / unit)?;
-    let pushed = largest(&rows, |row, per_m| row.pushed(per_m) / unit)?;
-    let held = largest(&rows, |row, per_m| row.held(per_m) / unit)?;
-    let missed = rows.iter().map(|row| row.missed.powi(2)).sum::<f64>() - rows.len() as f64;
+    let curvatures = sliding::curvatures(bench);
+    let sliding = Sliding::of(bench, baseline, &curvatures)?;
+    let periods_m = wave::of_a_scale_m(sliding.way_m);
+    let wave = sliding.largest(periods_m, |row, per_m| row.curved(per_m) * -mass_kg)?;
+    let pushed = sliding.largest(periods_m, Row::pushed)?;
+    let held = sliding.largest(periods_m, Row::held)?;
+    let missed = sliding.missed();
     let is_it = wave.explains(missed) && wave.gain > pushed.gain.max(held.gain);
     is_it.then_some((wave, (wave.gain / missed).min(1.0)))
-}
-
-/// The wave along the way that explains most, of what one of a radian per so many metres changes.
-fn largest(rows: &[Row<'_>], of: impl Fn(&Row<'_>, f64) -> Vector2<f64> + Sync) -> Option<Wave> {
-    let places = || rows.iter().map(Row::at_m);
-    let way_m = places().reduce(f64::max)? - places().reduce(f64::min)?;
-    let of = &of;
-    wave::largest(way_m, |radians_per_m| {
-        rows.iter()
-            .map(move |row| (of(row, radians_per_m), row.missed))
-    })
-}
-
-/// A balance of forces while sliding.
-struct Row<'a> {
-    /// The positions that it counts.
-    around_m: &'a [f64],
-    curvature: &'a [f64],
-    /// What it misses, in units of its noise.
-    missed: f64,
-}
-
-impl Row<'_> {
-    fn at_m(&self) -> f64 {
-        self.around_m[self.around_m.len() / 2]
-    }
-
-    /// The acceleration that a cosine and a sine of the position seem to have.
-    fn curved(&self, radians_per_m: f64) -> Vector2<f64> {
-        let rows = self.around_m.iter().zip(self.curvature);
-        rows.map(|(place_m, weight)| turned(place_m * radians_per_m) * *weight)
-            .sum()
-    }
-
-    /// The same as forces along the way.
-    fn pushed(&self, radians_per_m: f64) -> Vector2<f64> {
-        turned(self.at_m() * radians_per_m)
-    }
-
-    /// As frictions.
-    fn held(&self, radians_per_m: f64) -> Vector2<f64> {
-        let way_m = self.around_m[self.around_m.len() - 1] - self.around_m[0];
-        self.pushed(radians_per_m) * way_m.signum()
-    }
-}
-
-fn turned(angle: f64) -> Vector2<f64> {
-    Vector2::new(angle.cos(), angle.sin())
 }
 
 /// What the chambers' misfit comes to behind the position without its error: the part of it that

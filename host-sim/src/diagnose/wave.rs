@@ -1,13 +1,13 @@
-//! An error that comes again and again along the way, A sin(2 pi x / period + phase): the one of
-//! all periods that a scale may have which explains most of what is missed.
+//! Something that comes again and again along the way, A sin(2 pi x / period + phase): the one of
+//! all periods that it may have which explains most of what is missed.
 
 use crate::text::plain;
 use nalgebra::{Matrix2, Vector2};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Periods that are looked for, m; of the longest ...
-const PERIODS_M: (f64, f64) = (1e-3, 0.1);
+/// Periods that the error of a scale may have, m; of the longest ...
+const OF_A_SCALE_M: (f64, f64) = (1e-3, 0.1);
 /// ... so many lie in the way that was travelled: less than two may be a scale of another gain.
 const LEAST_CYCLES: f64 = 2.0;
 /// Steps from one wave number to the next, in cycles over the way that was travelled.
@@ -31,18 +31,22 @@ pub(super) struct Wave {
     tried: f64,
 }
 
-/// The wave that takes away most. What a cosine and a sine of this many radians per metre change
-/// in each row, and what is missed there, both in units of the noise, are handed in by `rows`.
+/// The shortest and the longest period that the error of a scale may have over such a way, m.
+pub(super) fn of_a_scale_m(way_m: f64) -> (f64, f64) {
+    let (shortest_m, longest_m) = OF_A_SCALE_M;
+    (shortest_m, longest_m.min(way_m / LEAST_CYCLES))
+}
+
+/// The wave that takes away most, of those between the shortest and the longest period. What a
+/// cosine and a sine of this many radians per metre change in each row, and what is missed there,
+/// both in units of the noise, are handed in by `rows`.
 pub(super) fn largest<I: Iterator<Item = (Vector2<f64>, f64)>>(
     way_m: f64,
+    (shortest_m, longest_m): (f64, f64),
     rows: impl Fn(f64) -> I + Sync,
 ) -> Option<Wave> {
-    let way_m = way_m.max(PERIODS_M.0);
-    let step_per_m = CYCLES / way_m;
-    let (first, last) = (
-        (1.0 / PERIODS_M.1).max(LEAST_CYCLES / way_m),
-        1.0 / PERIODS_M.0,
-    );
+    let step_per_m = CYCLES / way_m.max(shortest_m);
+    let (first, last) = (1.0 / longest_m, 1.0 / shortest_m);
     let tried = ((last - first) / step_per_m).ceil();
     let fitted = |per_m: f64| {
         let mut normal = Matrix2::zeros();
