@@ -35,11 +35,14 @@ pub(super) fn weak_offset_under_noise() -> (Rig, Vec<Recording>) {
 pub(super) fn read(request: &Request) -> (Rig, Vec<Recording>) {
     let case = request.draw();
     let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
-    let read = |(name, text): &(String, String)| {
-        Recording::read_from(text.as_bytes(), name, None, &rig.signals).unwrap()
-    };
-    let recordings = case.train.iter().map(read).collect();
+    let train = case.train.iter();
+    let recordings = train.map(|file| recording(file, &rig)).collect();
     (rig, recordings)
+}
+
+/// A recording, by its name and what its file holds.
+pub(super) fn recording((name, text): &(String, String), rig: &Rig) -> Recording {
+    Recording::read_from(text.as_bytes(), name, None, &rig.signals).unwrap()
 }
 
 /// The chambers as a search sees them: with noise and candidates, and their refitted model.

@@ -15,7 +15,7 @@ use super::{LawDiagnosis, Model};
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
 use crate::fit::presence::{Presence, refined_each};
 use crate::fit::{NoiseVariance, Options, solve};
-use crate::laws::{Law, Track, View};
+use crate::laws::{Law, Track, View, balance};
 use crate::recording::Recording;
 use crate::rig::Rig;
 use std::ops::Range;
@@ -137,6 +137,28 @@ impl Frozen {
                 .flatten()
                 .collect(),
         })
+    }
+
+    /// What the model misses at the break-aways of a recording, N, with the effect that comes and
+    /// goes in these spans: NaN in rows without one.
+    fn missed_at_break_aways(&self, track: &Track<'_>, spans_s: &[(f64, f64)]) -> Vec<f64> {
+        let presence = self.intermittent.map(|effect| Presence {
+            effect,
+            spans_s: vec![spans_s.to_vec()],
+        });
+        let problem = LawProblem {
+            law: Law::Balance,
+            rig: &self.rig,
+            tracks: std::slice::from_ref(track),
+            free: &[],
+            sigma: &balance::own_noise_n(0.0),
+            left_out: None,
+            presence: presence.as_ref(),
+        };
+        // A balance is to be nought.
+        problem
+            .predict_recording(0, &[])
+            .swap_remove(balance::BREAKAWAY)
     }
 
     /// When an effect is there in a recording: where the model with it predicts
@@ -383,6 +405,42 @@ pub(super) fn explained(law: &LawDiagnosis, held_out: &[Recording]) -> Option<f6
     };
     let shares = [of(|run| &run.horizon), of(|run| &run.free_run)];
     shares.into_iter().flatten().reduce(f64::max)
+}
+
+/// The same of the break-aways of held-out recordings, for an effect that they alone show: in how
+/// long a carriage sticks it hangs on chance. They are known to what the improved model leaves of
+/// those of the training recordings, as that is what it says of them.
+pub(super) fn explained_at_break_aways(law: &LawDiagnosis, tracks: &[Track<'_>]) -> Option<f64> {
+    let missed_n = |model: Model| {
+        let runs = law.held_out[model as usize].iter().zip(tracks);
+        let of_run = |(run, track): (&Option<Run>, &Track<'_>)| {
+            let spans_s = run.as_ref().map_or(&[][..], |run| &run.spans_s);
+            law.frozen[model as usize].missed_at_break_aways(track, spans_s)
+        };
+        runs.flat_map(of_run).collect::<Vec<f64>>()
+    };
+    let left = law.break_aways.iter().map(|event| event.improved_n.powi(2));
+    let left_n = mean(&left.collect::<Vec<f64>>()).sqrt();
+    let noise_n = law.noise[balance::BREAKAWAY].min(left_n);
+    let pairs = missed_n(Model::Refitted)
+        .into_iter()
+        .zip(missed_n(Model::Improved));
+    let told = pairs.filter(|(refitted_n, improved_n)| (refitted_n + improved_n).is_finite());
+    let energies = told.map(|(refitted_n, improved_n)| {
+        [refitted_n, improved_n].map(|missed_n| (missed_n / noise_n).powi(2) - 1.0)
+    });
+    let energies: Vec<[f64; 2]> = energies.collect();
+    let above = |model: usize| energies.iter().map(|of| of[model]).sum::<f64>();
+    let plainly = (SURPRISING.powi(2) - 1.0) * energies.len() as f64;
+    (above(0) > plainly).then(|| 1.0 - above(1) / above(0))
+}
+
+/// Whether held-out recordings are predicted worse with what was put into a law than without, over
+/// the horizon or in the free run.
+pub(super) fn is_worse(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
+    let squares: [Squares; 2] = [|run| &run.horizon, |run| &run.free_run];
+    let ratios = squares.map(|squares| ratio(law, squares, held_out));
+    ratios.into_iter().flatten().any(|ratio| ratio > REFUTED)
 }
 
 /// Whether held-out recordings show that something is missing where the training recordings
