@@ -642,8 +642,13 @@ fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit, train: &[Recording]) -> Ve
                     format!("{from:.2} to {to:.2} s of {name}")
                 };
                 let list: Vec<String> = there.iter().map(one).collect();
+                let in_the_rig = if law.is_unproven {
+                    ""
+                } else {
+                    "; the improved rig holds it as if always"
+                };
                 notes.push(format!(
-                    "{} is there in {share:.0} % of the time: {}; the improved rig holds it as if always",
+                    "{} is there in {share:.0} % of the time: {}{in_the_rig}",
                     candidate.effect,
                     list.join(", ")
                 ));

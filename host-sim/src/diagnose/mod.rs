@@ -266,15 +266,21 @@ impl LawDiagnosis {
                 self.prove(rig, tracks, held_out);
             }
             (Said::Worse, None) => self.take_back("worse"),
+            (Said::Nothing | Said::WorseByChance, _) if self.improved.presence.is_some() => {
+                self.doubt_moments(tracks, held_out);
+            }
             (Said::WorseByChance, _) => {
                 self.is_unproven = true;
                 self.show_refitted();
             }
-            (Said::Nothing, _) if self.improved.presence.is_some() => {
-                self.doubt_moments(tracks, held_out);
-            }
             (Said::Nothing, _) => {}
         }
+    }
+
+    /// Whether break-aways alone show what was put in.
+    fn is_of_rests(&self) -> bool {
+        let is_of_rests = |index: &usize| self.candidates[*index].is_of_rests;
+        !self.improved.set.is_empty() && self.improved.set.iter().all(is_of_rests)
     }
 
     /// The names of the accepted effects.
@@ -300,9 +306,7 @@ impl LawDiagnosis {
     /// What break-aways alone show is judged by them. Motions that are predicted worse, as a
     /// carriage that sticks may be, say nothing of it, but the improved rig does not hold it.
     fn doubt_moments(&mut self, tracks: &[Track<'_>], held_out: &[Recording]) {
-        let is_of_rests = |index: &usize| self.candidates[*index].is_of_rests;
-        let is_of_rests = self.improved.set.iter().all(is_of_rests);
-        let share = if is_of_rests {
+        let share = if self.is_of_rests() {
             proof::explained_at_break_aways(self, tracks)
         } else {
             proof::explained(self, held_out)
@@ -316,7 +320,7 @@ impl LawDiagnosis {
                 return self.take_back("hardly better");
             }
         }
-        if is_of_rests && proof::is_worse(self, held_out) {
+        if self.is_of_rests() && proof::is_worse(self, held_out) {
             self.is_unproven = true;
             self.show_refitted();
         }

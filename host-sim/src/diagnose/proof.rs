@@ -313,8 +313,9 @@ pub(super) fn said(law: &LawDiagnosis, held_out: &[Recording]) -> Said {
     if law.improved.set.is_empty() || hangs_on_chance(law) && is_typical() {
         return Said::Nothing;
     }
-    // A table, and moments that were chosen, are to be borne out.
-    let is_to_be_borne_out = law.term.is_some() || law.improved.presence.is_some();
+    // A table, and moments that were chosen, are to be borne out: by break-aways, if these alone show it.
+    let is_to_be_borne_out =
+        law.term.is_some() || law.improved.presence.is_some() && !law.is_of_rests();
     let deviations = match worse_by(law) {
         Some(deviations) if hangs_on_chance(law) && !is_to_be_borne_out => deviations,
         _ if refutes(law, held_out) => return Said::Worse,
