@@ -55,6 +55,8 @@ pub(super) struct Judge<'a> {
     pub(super) fitted: Vec<Fitted>,
     /// Ranked only, by some steps of a fit or by what they promise.
     pub(super) ranked: Vec<Fitted>,
+    /// Models whose sets were grown, with what came of each.
+    pub(super) grown: Vec<(Fitted, Vec<Fitted>)>,
     pub(super) fits: usize,
     /// The least misfit that is looked at, in units of the noise's energy ...
     told_from_noise: f64,
@@ -70,6 +72,7 @@ impl<'a> Judge<'a> {
             judged: Vec::new(),
             fitted: vec![baseline.clone()],
             ranked: Vec::new(),
+            grown: Vec::new(),
             fits: 0,
             told_from_noise: bench.told_from_noise(baseline),
             told_of_events: bench.told_of_events(baseline),
