@@ -269,10 +269,7 @@ impl LawDiagnosis {
             (Said::Nothing | Said::WorseByChance, _) if self.improved.presence.is_some() => {
                 self.doubt_moments(tracks, held_out);
             }
-            (Said::WorseByChance, _) => {
-                self.is_unproven = true;
-                self.show_refitted();
-            }
+            (Said::WorseByChance, _) => self.leave_unproven(),
             (Said::Nothing, _) => {}
         }
     }
@@ -321,9 +318,14 @@ impl LawDiagnosis {
             }
         }
         if self.is_of_rests() && proof::is_worse(self, held_out) {
-            self.is_unproven = true;
-            self.show_refitted();
+            self.leave_unproven();
         }
+    }
+
+    /// What was put into the law keeps its name, and the improved rig does not hold it.
+    fn leave_unproven(&mut self) {
+        self.is_unproven = true;
+        self.show_refitted();
     }
 
     /// Held-out recordings refute what was put into the law: the refitted model stands.
