@@ -267,15 +267,12 @@ impl<R: Real> Controller<R> {
     /// The same with these gains. An axis whose spool follows at once is taken to
     /// have the spool of the data sheet: the valve's lag is felt in every reversal.
     /// The gains are for that spool; to a slower valve they are fitted.
-    pub fn with_gains(axis: Axis<R>, gains: Gains<R>) -> Self {
+    pub fn with_gains(mut axis: Axis<R>, gains: Gains<R>) -> Self {
         let data_sheet = SpoolDynamics {
             natural_frequency_hz: R::from_f64(SPOOL_HZ),
             damping_ratio: R::from_f64(SPOOL_DAMPING),
         };
-        let axis = Axis {
-            command_path: axis.command_path.or_spool(&data_sheet),
-            ..axis
-        };
+        axis.command_path = axis.command_path.or_spool(&data_sheet);
         let reversal_v = R::from_f64(REVERSAL) * axis.valve.supply.edge_v();
         let later_s = |step_v| {
             let lag_s: R = axis.command_path.lag_s(step_v);

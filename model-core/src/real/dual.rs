@@ -138,7 +138,7 @@ impl<const N: usize> Real for Dual<N> {
     }
     #[inline]
     fn sqrt(self) -> Self {
-        let root = libm::sqrt(self.value);
+        let root = square_root::sqrt(self.value);
         // At nought the slope is infinite; a law never needs it there, and an
         // infinity times a zero gradient would poison all others with NaN.
         let slope = if root > 0.0 { 0.5 / root } else { 0.0 };

@@ -5,6 +5,7 @@
 //! come from `libm` on every machine: its results have the same bits on x86-64
 //! and on a Cortex-M4F, those of the standard library do not (measured on
 //! 100 000 inputs each: `powf` differs in 9 %, `expf` in 9 %, `sqrtf` in none).
+//! The square root has the same bits everywhere and is the processor's own.
 
 mod dual;
 
@@ -98,7 +99,7 @@ pub trait Real:
     }
 }
 
-macro_rules! real_by_libm {
+macro_rules! real_by_functions {
     ($float:ty, $sqrt:path, $exp:path, $ln:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
@@ -142,5 +143,5 @@ macro_rules! real_by_libm {
     };
 }
 
-real_by_libm!(f32, libm::sqrtf, libm::expf, libm::logf);
-real_by_libm!(f64, libm::sqrt, libm::exp, libm::log);
+real_by_functions!(f32, square_root::sqrtf, libm::expf, libm::logf);
+real_by_functions!(f64, square_root::sqrt, libm::exp, libm::log);
