@@ -37,8 +37,12 @@ use crate::real::Real;
 
 /// Dynamic viscosity of air at 293 K, Pa s (changes by 0.2 %/K, not by pressure).
 const VISCOSITY_PA_S: f64 = 1.82e-5;
-/// 0.158 / 32: turbulent over laminar friction per Re^(3/4).
-const TURBULENT_RATIO: f64 = 0.158 / 32.0;
+/// (32 / 0.158)^(4/3): Re from which friction is turbulent, and then over the laminar by
+/// the 3/4th power of Re over this.
+const TURBULENT_RE: f64 = 1_189.388_828_891_321;
+
+/// Gas under less pressure than this has the density of this, Pa.
+const LEAST_PRESSURE_PA: f64 = 1e3;
 
 /// Dynamic heads lost at the mouths: 0.5 where the gas enters, 1 where it leaves.
 const MOUTH_LOSS: f64 = 1.5;
@@ -166,13 +170,15 @@ impl<R: Real> TubeLine<R> {
     /// Ready for steps of one length with cells of one length.
     fn line(&self, specific: R, cell_m: R, step_s: R) -> Line<R> {
         let area_m2 = self.area_m2();
+        let viscosity_pa_s = R::from_f64(VISCOSITY_PA_S);
+        let laminar = R::from_f64(32.0) * viscosity_pa_s * cell_m * specific;
+        let turbulent_re = R::from_f64(TURBULENT_RE);
         Line {
-            area_m2,
-            specific,
-            cell_m,
-            diameter_m: self.diameter_m,
             pa_per_flow: step_s * specific / (area_m2 * cell_m),
             inertia: cell_m / (area_m2 * step_s),
+            laminar: laminar / (self.diameter_m * self.diameter_m * area_m2),
+            turbulence_s_per_kg: self.diameter_m / (area_m2 * viscosity_pa_s * turbulent_re),
+            mouths: R::from_f64(0.5 * MOUTH_LOSS) * specific / (area_m2 * area_m2),
         }
     }
 
@@ -264,14 +270,16 @@ pub struct Passed<R> {
 
 /// A tube made ready for steps of one length.
 struct Line<R> {
-    area_m2: R,
-    specific: R,
-    cell_m: R,
-    diameter_m: R,
     /// Rise of a cell's pressure over a step per flow into it, Pa s/kg.
     pa_per_flow: R,
     /// Pressure that a change of flow takes over a step, Pa s/kg.
     inertia: R,
+    /// k of a cell where the flow is laminar, times the pressure, Pa2 s/kg.
+    laminar: R,
+    /// One over the flow at which it becomes turbulent, s/kg.
+    turbulence_s_per_kg: R,
+    /// What both mouths add to k, times the pressure and per flow, Pa2 s2/kg2.
+    mouths: R,
 }
 
 /// A quantity as `at_rest + per * other`.
@@ -310,26 +318,28 @@ impl<R: Real> Line<R> {
             per: dt_s * end.pa_per_kg + end.resistance_pa_s_per_kg,
         };
         let mut ahead_pa = end.pressure_pa;
-        let mut flows = [Straight::NONE; CELLS];
+        // Of every cell the flow out of it by its rise, and that by the flow into it.
+        let mut cells = [(Straight::NONE, Straight::NONE); CELLS];
         for cell in (0..CELLS).rev() {
             let flow = state.mass_flows_kg_per_s[cell];
             let pressure_pa = state.pressures_pa[cell];
-            let lengths = R::from_f64(if cell + 1 == CELLS { 0.5 } else { 1.0 });
-            let inertia = lengths * self.inertia;
             let midway_pa = R::from_f64(0.5) * (pressure_pa + ahead_pa);
-            let mut friction = lengths * self.friction(flow, midway_pa);
+            let mut momentum_pa = self.inertia * flow;
+            let mut resistance = self.inertia + self.friction(flow, midway_pa);
             if cell + 1 == CELLS {
+                let half = R::from_f64(0.5);
                 let upstream_pa = if flow < R::ZERO {
                     ahead_pa
                 } else {
                     pressure_pa
                 };
-                friction += self.mouth_loss(flow, upstream_pa);
+                momentum_pa = half * momentum_pa;
+                resistance = half * resistance + self.mouth_loss(flow, upstream_pa);
             }
-            let per = R::ONE / (inertia + friction + rise_ahead.per);
+            let per = R::ONE / (resistance + rise_ahead.per);
             let driving_pa = pressure_pa - ahead_pa - rise_ahead.at_rest;
             let onward = Straight {
-                at_rest: (inertia * flow + driving_pa) * per,
+                at_rest: (momentum_pa + driving_pa) * per,
                 per,
             };
             let rise = self.rise(cell);
@@ -339,18 +349,15 @@ impl<R: Real> Line<R> {
                 per,
             };
             ahead_pa = pressure_pa;
-            flows[cell] = onward;
+            cells[cell] = (onward, rise_ahead);
         }
         let (supplied, exhausted) = meet(valve, ahead_pa, &rise_ahead);
         let mut into = supplied - exhausted;
-        for (cell, onward) in flows.iter().enumerate() {
-            // The rise by the flow in and out is the one of the elimination.
-            let rise = self.rise(cell);
-            let risen_pa = rise * (into - onward.at_rest) / (R::ONE + rise * onward.per);
-            let out = onward.at(risen_pa);
-            state.pressures_pa[cell] += rise * (into - out);
-            state.mass_flows_kg_per_s[cell] = out;
-            into = out;
+        for (cell, (onward, rise)) in cells.iter().enumerate() {
+            let risen_pa = rise.at(into);
+            into = onward.at(risen_pa);
+            state.pressures_pa[cell] += risen_pa;
+            state.mass_flows_kg_per_s[cell] = into;
         }
         (supplied, exhausted)
     }
@@ -364,27 +371,26 @@ impl<R: Real> Line<R> {
         }
     }
 
-    fn density(&self, pressure_pa: R) -> R {
-        pressure_pa.max(R::from_f64(1e3)) / self.specific
-    }
-
     /// What both mouths add to k of the last flow, Pa s/kg.
     fn mouth_loss(&self, flow_kg_per_s: R, upstream_pa: R) -> R {
-        let mass_per_length = self.density(upstream_pa) * self.area_m2;
-        R::from_f64(0.5 * MOUTH_LOSS) * flow_kg_per_s.abs() / (mass_per_length * self.area_m2)
+        self.mouths * flow_kg_per_s.abs() / dense(upstream_pa)
     }
 
     /// k of a cell at its flow, Pa s/kg.
     fn friction(&self, flow_kg_per_s: R, pressure_pa: R) -> R {
-        let viscosity = R::from_f64(VISCOSITY_PA_S);
-        let density = self.density(pressure_pa);
-        let laminar = R::from_f64(32.0) * viscosity * self.cell_m
-            / (self.diameter_m * self.diameter_m * self.area_m2 * density);
-        let reynolds = flow_kg_per_s.abs() * self.diameter_m / (self.area_m2 * viscosity);
-        // Re^(3/4) = sqrt(Re sqrt(Re))
-        let turbulent = (reynolds * reynolds.sqrt()).sqrt() * R::from_f64(TURBULENT_RATIO);
-        laminar * turbulent.max(R::ONE)
+        let laminar = self.laminar / dense(pressure_pa);
+        let turbulence = flow_kg_per_s.abs() * self.turbulence_s_per_kg;
+        if turbulence <= R::ONE {
+            return laminar;
+        }
+        // To the 3/4th power.
+        laminar * (turbulence * turbulence.sqrt()).sqrt()
     }
+}
+
+/// The pressure, where there is enough of it for gas to be dense.
+fn dense<R: Real>(pressure_pa: R) -> R {
+    pressure_pa.max(R::from_f64(LEAST_PRESSURE_PA))
 }
 
 /// Where the valve's law meets the line's `rise` of the port's pressure by the
