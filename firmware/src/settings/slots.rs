@@ -120,19 +120,20 @@ impl<S: SlotStorage> Slots<S> {
             storage,
             newest: None,
         };
-        let start = match slots.find_newest() {
+        let (built, origin) = match slots.find_newest() {
             Ok((slot, stored)) => {
                 slots.newest = Some((slot, stored.sequence));
                 match stored.settings.try_build(dt_s) {
-                    Ok(controller) => Start {
-                        controller,
-                        origin: Origin::Slot(slot),
-                    },
-                    Err(fault) => built_in(dt_s, Origin::Impossible(fault))?,
+                    Err(fault) => (built_in(dt_s), Origin::Impossible(fault)),
+                    built => (built, Origin::Slot(slot)),
                 }
             }
-            Err(RecordFault::Blank) => built_in(dt_s, Origin::NeverSet)?,
-            Err(fault) => built_in(dt_s, Origin::Damaged(fault))?,
+            Err(RecordFault::Blank) => (built_in(dt_s), Origin::NeverSet),
+            Err(fault) => (built_in(dt_s), Origin::Damaged(fault)),
+        };
+        let start = Start {
+            controller: built?,
+            origin,
         };
         Ok((slots, start))
     }
@@ -218,9 +219,6 @@ fn is_blank(bytes: &[u8]) -> bool {
         .all(|byte| *byte == ERASED)
 }
 
-fn built_in(dt_s: f32, origin: Origin) -> Result<Start, SettingsFault> {
-    Ok(Start {
-        controller: Settings::built_in().try_build(dt_s)?,
-        origin,
-    })
+fn built_in(dt_s: f32) -> Result<Controller<f32>, SettingsFault> {
+    Settings::built_in().try_build(dt_s)
 }
