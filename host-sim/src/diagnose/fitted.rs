@@ -198,6 +198,11 @@ impl<'a> Bench<'a> {
         self.rig.with_values(&switches)
     }
 
+    /// A number of a model, or else of the rig.
+    pub(super) fn value_in(&self, model: &Fitted, key: &str) -> Option<f64> {
+        model.value(key).or_else(|| self.rig.value(key))
+    }
+
     /// Ordinary parameters and those of the set.
     pub fn free(&self, set: &[usize]) -> Vec<FreeParameter> {
         let added = set

@@ -32,8 +32,7 @@ impl Bench<'_> {
             .iter()
             .find(|free| free.key.ends_with("wavelength_m"))?;
         let bounds_m = (length.parameter.lower, length.parameter.upper);
-        let level = "friction.coulomb_N";
-        let level_n = model.value(level).or_else(|| self.rig.value(level))?;
+        let level_n = self.value_in(model, "friction.coulomb_N")?;
         let curvatures = sliding::curvatures(self);
         let wave = Sliding::of(self, model, &curvatures)?.largest(bounds_m, Row::held)?;
         let shares = wave.sizes / level_n;

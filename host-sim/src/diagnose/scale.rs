@@ -62,9 +62,7 @@ pub(super) fn blame(known: &Known<'_>, laws: &mut [LawDiagnosis]) {
 /// The periodic error of the position that explains most of what the balance misses while
 /// sliding, and the part of it, if no force along the way explains as much.
 fn scale_wave(bench: &Bench<'_>, baseline: &Fitted) -> Option<(Wave, f64)> {
-    let mass_kg = baseline
-        .value("carriage.mass_kg")
-        .or_else(|| bench.rig.value("carriage.mass_kg"))?;
+    let mass_kg = bench.value_in(baseline, "carriage.mass_kg")?;
     let curvatures = sliding::curvatures(bench);
     let sliding = Sliding::of(bench, baseline, &curvatures)?;
     let periods_m = wave::of_a_scale_m(sliding.way_m);

@@ -311,6 +311,11 @@ impl LawProblem<'_> {
             .collect()
     }
 
+    /// Their values.
+    fn active_values(&self, recording: usize, values: &[f64]) -> Vec<f64> {
+        self.active(recording).iter().map(|&i| values[i]).collect()
+    }
+
     fn own_count(&self, track: &Track<'_>) -> usize {
         self.scoped(Scope::PerRecording).count() + self.initial_parameters(track).len()
     }
@@ -497,7 +502,7 @@ impl LawProblem<'_> {
             return None;
         }
         let (keys, track) = (self.keys(), &self.tracks[recording]);
-        let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+        let active = self.active_values(recording, values);
         self.with_models(recording, &keys, &active[..keys.len()], |models| {
             let without = models.without.as_ref()?;
             Some(self.both_ways_of(&models.with, without, track, &(0..track.len())))
@@ -554,7 +559,7 @@ impl LawProblem<'_> {
         }
         let keys = self.keys();
         let in_windows = |(recording, (mut predicted, states)): (usize, (Columns, Columns))| {
-            let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+            let active = self.active_values(recording, values);
             let track = &self.tracks[recording];
             for rows in windows(&track.recording.time_s, window_s) {
                 let mut store = |row: usize, outputs: &[f64], _: &[f64]| {
@@ -618,7 +623,7 @@ impl LawProblem<'_> {
     fn predict_one(&self, recording: usize, values: &[f64]) -> (Columns, Columns) {
         let rows = self.tracks[recording].len();
         let outputs = self.law.outputs(self.rig).len();
-        let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+        let active = self.active_values(recording, values);
         let mut predicted = vec![vec![f64::NAN; rows]; outputs];
         let mut states: Columns = Vec::new();
         let mut store = |row: usize, out: &[f64], state: &[f64]| {
@@ -710,7 +715,7 @@ impl LawProblem<'_> {
         values: &[f64],
         add: &mut impl FnMut(usize, usize, f64),
     ) {
-        let active: Vec<f64> = self.active(recording).iter().map(|&i| values[i]).collect();
+        let active = self.active_values(recording, values);
         let recorded = self.recorded(recording);
         let mut show = |row: usize, outputs: &[f64], _: &[f64]| {
             if !self.counts(recording, row) {

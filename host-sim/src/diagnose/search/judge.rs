@@ -55,8 +55,8 @@ pub(super) struct Judge<'a> {
     pub(super) fitted: Vec<Fitted>,
     /// Ranked only, by some steps of a fit or by what they promise.
     pub(super) ranked: Vec<Fitted>,
-    /// Models whose sets were grown, with what came of each.
-    pub(super) grown: Vec<(Fitted, Vec<Fitted>)>,
+    /// Sets and values that were grown, with what came of each.
+    pub(super) grown: Vec<(Set, Vec<f64>, Vec<Fitted>)>,
     pub(super) fits: usize,
     /// The least misfit that is looked at, in units of the noise's energy ...
     told_from_noise: f64,

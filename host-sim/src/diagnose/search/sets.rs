@@ -143,7 +143,9 @@ impl Judge<'_> {
         self.fits += jobs.len();
         self.fitted.extend(children.iter().cloned());
         if let [parent] = parents {
-            self.grown.push((parent.clone(), children.clone()));
+            let values = parent.values.clone();
+            self.grown
+                .push((parent.set.clone(), values, children.clone()));
         }
         children
     }
@@ -301,10 +303,9 @@ impl Judge<'_> {
         if known.len() >= FINALISTS {
             return known;
         }
-        let is_grown = |(grown, _): &&(Fitted, Vec<Fitted>)| {
-            (&grown.set, &grown.values) == (&parent.set, &parent.values)
-        };
-        if let Some((_, children)) = self.grown.iter().find(is_grown) {
+        let mut grown = self.grown.iter();
+        let known = grown.find(|(set, values, _)| (set, values) == (&parent.set, &parent.values));
+        if let Some((_, _, children)) = known {
             return children.clone();
         }
         self.fit_children(std::slice::from_ref(parent))
