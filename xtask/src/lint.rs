@@ -3,7 +3,7 @@
 //! - Only `firmware/src/board/` may ask for a target: everywhere else the same
 //!   code runs on chip and host, and a condition would split what is compared.
 //!   `square-root/` may, whose result has the same bits on every target.
-//! - Only there may the application be unsafe: the compiler cannot tell, since what
+//! - Only the board's part of the application may be unsafe: the compiler cannot tell, since what
 //!   the framework generates is unsafe too.
 //! - `model-core` is `no_std`: also when a host build would not notice.
 
