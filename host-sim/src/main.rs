@@ -39,7 +39,7 @@ enum Command {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let mut out = io::stdout().lock();
-    let outcome = match &cli.command {
+    let run = || match &cli.command {
         Command::Board(arguments) => cli::board::run(arguments, &mut out),
         Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
         Command::Controller(arguments) => cli::controller::run(arguments, &mut out),
@@ -53,5 +53,5 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
         Command::Trial(arguments) => cli::trial::run(arguments, &mut out),
     };
-    ExitCode::from(cli::exit_status(outcome))
+    ExitCode::from(cli::exit_status(run))
 }

@@ -8,12 +8,17 @@
 
 use object::build::elf::{Builder, SectionData};
 use object::elf;
+use object::write::WritableBuffer;
 
 /// The section that holds both slots.
 const SECTION: &str = ".settings";
 /// What flash reads as after it is erased.
 const ERASED: u8 = 0xFF;
 const ALIGNMENT: u64 = 8;
+/// The largest sector of an STM32F405's flash: no slot is larger.
+const LARGEST_SLOT_BYTES: u64 = 128 * 1024;
+/// What tables and alignment may add to an image beside the slots.
+const GROWTH_BYTES: usize = 64 * 1024;
 
 /// Why an image cannot take settings; one line without the image's name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -27,6 +32,9 @@ pub enum ImageError {
     /// The slots cannot be one section.
     #[error("has its settings' slots apart, expected one behind the other")]
     SlotsApart,
+    /// Its headers ask for more than the file holds.
+    #[error("is damaged: its headers ask for more than the file holds; build or copy it again")]
+    Damaged,
     /// The record is longer than a slot.
     #[error("has slots of {0} bytes, too few for the settings")]
     SlotTooSmall(u64),
@@ -39,6 +47,9 @@ pub fn write_into(image: &[u8], record: &[u8]) -> Result<Vec<u8>, ImageError> {
     let first = symbol(&builder, "_settings_slot_0")?;
     let second = symbol(&builder, "_settings_slot_1")?;
     let slot_bytes = symbol(&builder, "_settings_slot_bytes")?;
+    if slot_bytes > LARGEST_SLOT_BYTES || !has_sound_alignments(&mut builder) {
+        return Err(ImageError::Damaged);
+    }
     if second != first + slot_bytes {
         return Err(ImageError::SlotsApart);
     }
@@ -49,9 +60,66 @@ pub fn write_into(image: &[u8], record: &[u8]) -> Result<Vec<u8>, ImageError> {
     let mut slots = vec![ERASED; 2 * length];
     slots[..record.len()].copy_from_slice(record);
     put_section(&mut builder, first, slots);
-    let mut written = Vec::new();
-    builder.write(&mut written).map_err(not_an_image)?;
-    Ok(written)
+    let mut written = Bounded::of(image.len() + 2 * length + GROWTH_BYTES);
+    let outcome = builder.write(&mut written);
+    if written.is_over {
+        return Err(ImageError::Damaged);
+    }
+    outcome.map_err(not_an_image)?;
+    Ok(written.bytes)
+}
+
+/// Whether every section is aligned to a power of two that a sector holds; none
+/// at all is written as 1.
+fn has_sound_alignments(builder: &mut Builder<'_>) -> bool {
+    builder.sections.iter_mut().all(|section| {
+        section.sh_addralign = section.sh_addralign.max(1);
+        section.sh_addralign.is_power_of_two() && section.sh_addralign <= LARGEST_SLOT_BYTES
+    })
+}
+
+/// A buffer that refuses to grow beyond what the image can need: offsets and
+/// alignments of a damaged file may ask for gigabytes.
+struct Bounded {
+    bytes: Vec<u8>,
+    most: usize,
+    is_over: bool,
+}
+
+impl Bounded {
+    fn of(most: usize) -> Self {
+        Self {
+            bytes: Vec::new(),
+            most,
+            is_over: false,
+        }
+    }
+
+    fn has_room(&mut self, more: u64) -> bool {
+        let end = usize::try_from(more).ok();
+        let end = end.and_then(|more| self.bytes.len().checked_add(more));
+        self.is_over |= end.is_none_or(|end| end > self.most);
+        !self.is_over
+    }
+}
+
+impl WritableBuffer for Bounded {
+    fn reserve(&mut self, size: u64) -> Result<(), ()> {
+        if self.has_room(size) { Ok(()) } else { Err(()) }
+    }
+
+    fn write_bytes(&mut self, bytes: &[u8]) {
+        if self.has_room(bytes.len() as u64) {
+            self.bytes.extend_from_slice(bytes);
+        }
+    }
+
+    fn write_zeros(&mut self, additional: u64) {
+        if self.has_room(additional) {
+            let length = self.bytes.len() + additional as usize;
+            self.bytes.resize(length, 0);
+        }
+    }
 }
 
 fn symbol(builder: &Builder<'_>, name: &'static str) -> Result<u64, ImageError> {
@@ -181,6 +249,22 @@ mod tests {
         }
     }
 
+    /// A word of the headers that was hit used to ask for up to 584 GB.
+    #[test]
+    fn prop_a_damaged_image_never_grows() {
+        let sound = image(&slots(SLOTS_AT + 2048, 2048));
+        let most = sound.len() + 2 * 2048 + GROWTH_BYTES;
+        for place in (0..sound.len() - 4).step_by(4) {
+            for word in [u32::MAX, 0x7FFF_FFFF, 0x4000_0000, 0x8000_0000, 0] {
+                let mut damaged = sound.clone();
+                damaged[place..place + 4].copy_from_slice(&word.to_le_bytes());
+                if let Ok(written) = write_into(&damaged, &[0; 1000]) {
+                    assert!(written.len() <= most, "word {word:x} at {place}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn prop_images_without_slots_are_refused() {
         let refused = |image: &[u8]| write_into(image, &[0; 1000]).expect_err("it has no slots");
@@ -192,6 +276,8 @@ mod tests {
         assert_eq!(refused(&apart), ImageError::SlotsApart);
         let small = image(&slots(SLOTS_AT + 512, 512));
         assert_eq!(refused(&small), ImageError::SlotTooSmall(512));
+        let huge = image(&slots(SLOTS_AT + 0xF000_0000, 0xF000_0000));
+        assert_eq!(refused(&huge), ImageError::Damaged);
         assert!(matches!(refused(b"PNMA"), ImageError::NotAnImage(_)));
     }
 }

@@ -27,6 +27,8 @@ const DIGITS: i32 = 9;
 /// Digits of the time, which counts ticks.
 const TIME_DIGITS: i32 = 12;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
+/// So many rows at most are lost in a crash: a second at the usual tick.
+const FLUSHED_ROWS: u64 = 1000;
 /// Sequence numbers go round here.
 const SEQUENCE_TURN: u32 = 1 << 16;
 
@@ -222,9 +224,11 @@ impl<W: Write> Recorder<W> {
 
     fn write_row(&mut self, record: &Record) -> io::Result<()> {
         let time_s = self.time_s(record.tick);
+        // Written at once: what a crash leaves ends with a whole row.
+        let mut row = String::new();
         for (place, channel) in self.columns.iter().enumerate() {
             if place > 0 {
-                write!(self.out, ",")?;
+                row.push(',');
             }
             let is_time = channel.signal == "t";
             let (value_si, digits) = if is_time {
@@ -238,10 +242,15 @@ impl<W: Write> Recorder<W> {
             };
             // A reference that asks for nothing leaves its cell empty.
             if value.is_finite() {
-                write!(self.out, "{}", Rounding::Significant(digits).apply(value))?;
+                row += &Rounding::Significant(digits).apply(value).to_string();
             }
         }
-        writeln!(self.out)
+        row.push('\n');
+        self.out.write_all(row.as_bytes())?;
+        if self.rows.is_multiple_of(FLUSHED_ROWS) {
+            self.out.flush()?;
+        }
+        Ok(())
     }
 
     /// Time of a tick since the first row, s.
@@ -266,10 +275,9 @@ impl<W: Write> Recorder<W> {
         self.losses
     }
 
-    /// Ends the file.
-    pub fn finish(mut self) -> io::Result<(u64, Losses)> {
-        self.out.flush()?;
-        Ok((self.rows, self.losses))
+    /// What was written to, the rows in it and what was lost.
+    pub fn finish(self) -> (W, u64, Losses) {
+        (self.out, self.rows, self.losses)
     }
 }
 

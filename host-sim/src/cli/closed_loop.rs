@@ -1,6 +1,6 @@
 //! `pneuma loop`: a controller and the plant, taking turns.
 
-use super::{CommandError, inputs};
+use super::{CommandError, inputs, outputs};
 use crate::charts;
 use crate::closed_loop::transcript::{self, Replay};
 use crate::closed_loop::{
@@ -10,6 +10,7 @@ use crate::closed_loop::{
 use crate::model::AxisFault;
 use crate::motion::{self, Motion};
 use crate::plant::{Event, Plant, PlantSettings};
+use crate::recording::MAXIMUM_ROWS;
 use crate::report::number;
 use crate::rig::{Rig, RigError};
 use crate::text::file_name;
@@ -83,7 +84,7 @@ pub struct LoopArguments {
 /// or an output cannot be written.
 pub fn run(arguments: &LoopArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     let outputs = [&arguments.out, &arguments.transcript, &arguments.report];
-    inputs::check_outputs(
+    outputs::check_outputs(
         &input_files(arguments),
         &outputs.into_iter().flatten().collect::<Vec<_>>(),
     )?;
@@ -153,6 +154,7 @@ fn driven(
             ..PlantSettings::at(motion.start_m(), arguments.seed)
         };
         check_range(rig, motion)?;
+        check_rows(arguments, motion, tick_s)?;
         let plant = Plant::new(rig, settings);
         let mut plant = plant.map_err(|fault| rig_fault(&arguments.rig, fault))?;
         let course = course(arguments, motion, tick_s);
@@ -268,6 +270,17 @@ fn check_range(rig: &Rig, motion: &Motion) -> Result<(), CommandError> {
     Ok(())
 }
 
+/// Every tick is a row in memory until the run ends.
+fn check_rows(arguments: &LoopArguments, motion: &Motion, tick_s: f64) -> Result<(), CommandError> {
+    let ticks = course(arguments, motion, tick_s).ticks as usize;
+    if ticks <= MAXIMUM_ROWS {
+        return Ok(());
+    }
+    Err(inputs::bad_input(format!(
+        "the run takes {ticks} ticks of {tick_s} s, expected at most {MAXIMUM_ROWS}; shorten it with --seconds"
+    )))
+}
+
 fn rig_fault(path: &Path, fault: AxisFault) -> CommandError {
     inputs::bad_input(RigError {
         file: path.display().to_string(),
@@ -290,17 +303,17 @@ fn write_outputs(
     if let Some(path) = &arguments.out {
         let name = arguments.rig.display().to_string();
         let table = recorded(run, rig, &name).map_err(inputs::bad_input)?;
-        inputs::write_with(path, |out| table.write(out))?;
+        outputs::write_with(path, |out| table.write(out))?;
     }
     if let Some(path) = &arguments.transcript {
         let tick_period_ns = (1e9 * tick_s).round() as u32;
-        inputs::write_with(path, |out| transcript::write(run, tick_period_ns, out))?;
+        outputs::write_with(path, |out| transcript::write(run, tick_period_ns, out))?;
     }
     if let Some(path) = &arguments.report {
         let how = inputs::provenance(input_files(arguments)).fact("seed", arguments.seed);
         let name = arguments.rig.file_stem().unwrap_or_default();
         let title = format!("Closed loop: {}", name.to_string_lossy());
-        inputs::write_page(path, &charts::closed_loop_page(&title, run, judged, how))?;
+        outputs::write_page(path, &charts::closed_loop_page(&title, run, judged, how))?;
     }
     Ok(())
 }

@@ -7,9 +7,8 @@ use clap::Args;
 use serde::Serialize;
 
 use super::CommandError;
-use super::inputs::{
-    bad_input, laws, provenance, read_recordings, read_rig, spinner, write_json, write_page,
-};
+use super::inputs::{bad_input, laws, provenance, read_recordings, read_rig, spinner};
+use super::outputs::{check_outputs, write_json, write_page};
 use crate::compare::{LawComparison, compare_law};
 use crate::laws::Track;
 
@@ -41,6 +40,11 @@ struct CompareFile<'a> {
 
 /// Runs the command, writing to `out`.
 pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let inputs: Vec<&PathBuf> = std::iter::once(&arguments.rig)
+        .chain(&arguments.recordings)
+        .collect();
+    let outputs: Vec<&PathBuf> = arguments.json.iter().chain(&arguments.report).collect();
+    check_outputs(&inputs, &outputs)?;
     let rig = read_rig(&arguments.rig)?;
     let laws = laws(&rig)?;
     let recordings = read_recordings(&arguments.recordings, &rig)?;

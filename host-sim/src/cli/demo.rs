@@ -2,7 +2,7 @@
 //! are at hand, else on a simulated gas spring with concealed effects.
 
 use super::diagnose::{self, DiagnoseArguments};
-use super::{CommandError, inputs};
+use super::{CommandError, inputs, outputs};
 use crate::laws::{Law, Track};
 use crate::model::Values;
 use crate::random::Noise;
@@ -46,7 +46,7 @@ pub struct DemoArguments {
 pub fn run(arguments: &DemoArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     fs::create_dir_all(&arguments.out)?;
     let rig_path = arguments.out.join("gas-cylinder.toml");
-    inputs::write_text(&rig_path, RIG)?;
+    outputs::write_text(&rig_path, RIG)?;
     let (train, held_out) = match real_recordings() {
         Some(pair) => {
             writeln!(
@@ -98,8 +98,8 @@ fn real_recordings() -> Option<(PathBuf, PathBuf)> {
 fn simulated(folder: &Path) -> Result<(PathBuf, PathBuf), CommandError> {
     let train = folder.join("train.txt");
     let held_out = folder.join("held-out.txt");
-    inputs::write_text(&train, &gas_spring(0.11, 1)?)?;
-    inputs::write_text(&held_out, &gas_spring(0.17, 2)?)?;
+    outputs::write_text(&train, &gas_spring(0.11, 1)?)?;
+    outputs::write_text(&held_out, &gas_spring(0.17, 2)?)?;
     Ok((train, held_out))
 }
 

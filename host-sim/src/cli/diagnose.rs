@@ -1,6 +1,6 @@
 //! `pneuma diagnose`: recordings in, verdict out.
 
-use super::{CommandError, inputs};
+use super::{CommandError, inputs, outputs};
 use crate::charts;
 use crate::diagnose::{Diagnosis, diagnose, summary, words};
 use crate::recording::Recording;
@@ -21,7 +21,7 @@ pub struct DiagnoseArguments {
     /// Recordings to learn from; `run.csv@0..50` is the first half of one.
     #[arg(long, value_name = "FILE[@FROM..TO]", num_args = 1.., required = true)]
     pub train: Vec<PathBuf>,
-    /// Recordings to judge by; not read before every parameter is frozen.
+    /// Recordings to judge by; no parameter is fitted to them.
     #[arg(long = "held-out", value_name = "FILE[@FROM..TO]", num_args = 1..)]
     pub held_out: Vec<PathBuf>,
     /// Write the verdict here.
@@ -47,16 +47,16 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
     check(arguments)?;
     let rig = inputs::read_rig(&arguments.rig)?;
     let train = inputs::read_recordings(&arguments.train, &rig)?;
+    // Read now, as a pipe can be read once; handed over when every parameter is frozen.
+    let held_out = inputs::read_recordings(&arguments.held_out, &rig)?;
+    inputs::check_apart(&train, &held_out)?;
     let progress = inputs::spinner();
-    let diagnosis = diagnose(
-        &rig,
-        train,
-        || inputs::read_recordings(&arguments.held_out, &rig),
-        &|stage| progress.set_message(stage.to_owned()),
-    )?;
+    let diagnosis = diagnose(&rig, train, || Ok::<_, CommandError>(held_out), &|stage| {
+        progress.set_message(stage.to_owned())
+    })?;
     progress.finish_and_clear();
     if let Some(path) = &arguments.json {
-        inputs::write_json(path, &diagnosis.verdict)?;
+        outputs::write_json(path, &diagnosis.verdict)?;
     }
     if let Some(path) = &arguments.improved_rig {
         let rig = format!(
@@ -64,10 +64,10 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
             improved_rig_header(&diagnosis),
             diagnosis.improved_rig.to_toml()
         );
-        inputs::write_text(path, &rig)?;
+        outputs::write_text(path, &rig)?;
     }
     if let Some(path) = &arguments.report {
-        inputs::write_page(path, &page(arguments, &rig, &diagnosis))?;
+        outputs::write_page(path, &page(arguments, &rig, &diagnosis))?;
     }
     show(&diagnosis, out)?;
     writeln!(out, "{:.1} s", started.elapsed().as_secs_f64())?;
@@ -83,8 +83,7 @@ fn check(arguments: &DiagnoseArguments) -> Result<(), CommandError> {
         .into_iter()
         .flatten()
         .collect();
-    inputs::check_outputs(&files, &outputs)?;
-    inputs::check_apart(&arguments.train, &arguments.held_out)
+    outputs::check_outputs(&files, &outputs)
 }
 
 fn page(arguments: &DiagnoseArguments, rig: &Rig, diagnosis: &Diagnosis) -> Page {

@@ -7,13 +7,12 @@ use clap::Args;
 use serde::Serialize;
 
 use super::CommandError;
-use super::inputs::{
-    bad_input, laws, provenance, read_recordings, read_rig, spinner, write_json, write_page,
-    write_text,
-};
+use super::inputs::{bad_input, check_apart, laws, provenance, read_recordings, read_rig, spinner};
+use super::outputs::{check_outputs, write_json, write_page, write_text};
 use crate::identify::{FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig};
 use crate::laws::Track;
 use crate::recording::Recording;
+use crate::recording_set;
 use crate::rig::Rig;
 
 /// Fit numbers of the rig file to recordings, law by law.
@@ -56,6 +55,7 @@ struct FitFile<'a> {
 
 /// Runs the command, writing to `out`.
 pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    check_files(arguments)?;
     let rig = read_rig(&arguments.rig)?;
     let requests = arguments
         .free
@@ -64,8 +64,11 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         .collect::<Result<Vec<FreeRequest>, String>>()
         .map_err(bad_input)?;
     let laws = laws(&rig)?;
-    let train = read_recordings(&arguments.train, &rig)?;
-    let held_out = read_recordings(&arguments.held_out, &rig)?;
+    let mut train = read_recordings(&arguments.train, &rig)?;
+    let mut held_out = read_recordings(&arguments.held_out, &rig)?;
+    check_apart(&train, &held_out)?;
+    recording_set::sort(&mut train);
+    recording_set::sort(&mut held_out);
     let train_tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
     let held_tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     let free = free_parameters(&rig, &laws, &train_tracks, &requests).map_err(bad_input)?;
@@ -118,6 +121,16 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         write_page(path, &page)?;
     }
     Ok(())
+}
+
+fn check_files(arguments: &FitArguments) -> Result<(), CommandError> {
+    let inputs: Vec<&PathBuf> = std::iter::once(&arguments.rig)
+        .chain(&arguments.train)
+        .chain(&arguments.held_out)
+        .collect();
+    let outputs = [&arguments.json, &arguments.improved_rig, &arguments.report];
+    let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
+    check_outputs(&inputs, &outputs)
 }
 
 fn fit_with_progress(task: &LawTask<'_>) -> Result<LawFit, CommandError> {

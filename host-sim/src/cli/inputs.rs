@@ -1,19 +1,19 @@
-//! What the commands share: reading rigs and recordings, writing pages and
-//! JSON, and saying how a page was made.
+//! What the commands read: rigs, recordings and parts of them, and with which
+//! files a page was made.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Read, Write};
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::CommandError;
 use crate::laws::Law;
 use crate::recording::Recording;
-use crate::report::{Page, Provenance};
+use crate::recording_set::shared_stretch;
+use crate::report::Provenance;
 use crate::rig::Rig;
 use crate::text::file_name;
 
@@ -87,72 +87,34 @@ fn percentages(part: &str) -> Option<(f64, f64)> {
     (0.0 <= from && from < to && to <= 100.0).then_some((from, to))
 }
 
-/// Refuses to write over an input or over another output, or over what is no
-/// regular file, before any work is done.
-pub(super) fn check_outputs(inputs: &[&PathBuf], outputs: &[&PathBuf]) -> Result<(), CommandError> {
-    let same = |a: &Path, b: &Path| match (fs::canonicalize(a), fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => a == b,
-    };
-    for (place, output) in outputs.iter().enumerate() {
-        let shown = file_name(&output.display().to_string());
-        if inputs.iter().any(|input| same(input, output)) {
-            return Err(bad_input(format!(
-                "{shown}: is an input, expected another file to write to"
-            )));
-        }
-        if outputs[..place].iter().any(|other| same(other, output)) {
-            return Err(bad_input(format!(
-                "{shown}: is to hold two outputs, expected a file for each"
-            )));
-        }
-        let folder = output.parent().filter(|path| !path.as_os_str().is_empty());
-        if folder.is_some_and(|folder| !folder.is_dir()) {
-            return Err(bad_input(format!(
-                "{shown}: is in no folder that there is, expected one to write to"
-            )));
-        }
-        if output.exists() && !output.is_file() {
-            return Err(bad_input(format!(
-                "{shown}: is no regular file, expected one to write to"
-            )));
-        }
-    }
-    Ok(())
-}
-
 /// Refuses a row of a recording that is given twice: fitted to twice it counts for two, and
-/// held out as well it proves nothing.
-pub(super) fn check_apart(train: &[PathBuf], held_out: &[PathBuf]) -> Result<(), CommandError> {
-    let all: Vec<&PathBuf> = train.iter().chain(held_out).collect();
-    for (place, path) in all.iter().enumerate() {
-        let Some(other) = all[..place].iter().position(|other| overlap(other, path)) else {
-            continue;
-        };
-        let shown = file_name(&path.display().to_string());
-        return Err(bad_input(if other < train.len() && place >= train.len() {
-            format!(
-                "{shown}: holds rows that are trained on too ({}), expected different recordings",
-                file_name(&all[other].display().to_string())
-            )
-        } else {
-            format!("{shown}: holds rows that are given twice, expected each recording once")
-        }));
+/// held out as well it proves nothing. Rows are compared, not names: a copy is found whatever
+/// it is called.
+pub(super) fn check_apart(train: &[Recording], held_out: &[Recording]) -> Result<(), CommandError> {
+    let all: Vec<&Recording> = train.iter().chain(held_out).collect();
+    for (place, later) in all.iter().enumerate() {
+        for (other, earlier) in all[..place].iter().enumerate() {
+            let Some(line) = shared_stretch(earlier, later) else {
+                continue;
+            };
+            let (later, earlier) = (&later.name, &earlier.name);
+            return Err(bad_input(if other < train.len() && place >= train.len() {
+                format!(
+                    "{later}:{line}: rows from here on are trained on too ({earlier}), expected different recordings"
+                )
+            } else {
+                format!(
+                    "{later}:{line}: rows from here on are given twice ({earlier}), expected each recording once"
+                )
+            }));
+        }
     }
     Ok(())
 }
 
-/// Whether two recordings, or parts of them, share rows; a copy under another name is the same
-/// file. What cannot be read is refused where it is read.
-fn overlap(one: &Path, other: &Path) -> bool {
-    let ((one, a), (other, b)) = (file_and_part(one), file_and_part(other));
-    if a.0 >= b.1 || b.0 >= a.1 {
-        return false;
-    }
-    let length = |path: &Path| fs::metadata(path).map(|data| data.len()).ok();
-    length(&one).is_some()
-        && length(&one) == length(&other)
-        && fs::read(&one).ok() == fs::read(&other).ok()
+/// The file of an argument that may name a part of it.
+pub(super) fn without_part(path: &Path) -> PathBuf {
+    file_and_part(path).0
 }
 
 /// The file of an argument, and the part of its rows in percent.
@@ -223,46 +185,6 @@ pub(super) fn spinner() -> ProgressBar {
         bar.set_style(style);
     }
     bar
-}
-
-/// Written beside and renamed: an interrupted run leaves the old file or the
-/// new one, never half of one.
-pub(super) fn write_with(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), CommandError> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".partial");
-    let written = File::create(&beside).and_then(|file| {
-        let mut out = BufWriter::new(file);
-        write(&mut out)?;
-        out.flush()
-    });
-    written
-        .and_then(|()| fs::rename(&beside, path))
-        .map_err(|error| cannot_write(path, &error))
-}
-
-pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), CommandError> {
-    write_with(path, |out| out.write_all(bytes))
-}
-
-pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CommandError> {
-    write_bytes(path, text.as_bytes())
-}
-
-pub(super) fn write_json(path: &Path, content: &impl Serialize) -> Result<(), CommandError> {
-    let text = serde_json::to_string_pretty(content).map_err(bad_input)?;
-    write_text(path, &(text + "\n"))
-}
-
-pub(super) fn write_page(path: &Path, page: &Page) -> Result<(), CommandError> {
-    page.write(path).map_err(|error| cannot_write(path, &error))
-}
-
-fn cannot_write(path: &Path, error: &io::Error) -> CommandError {
-    let path = file_name(&path.display().to_string());
-    bad_input(format!("{path}: cannot be written: {error}"))
 }
 
 /// The command as typed, the version and the files with their hashes.

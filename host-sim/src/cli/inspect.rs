@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::CommandError;
-use super::inputs::{bad_input, provenance, read_rig, write_json, write_page};
+use super::inputs::{bad_input, provenance, read_rig};
+use super::outputs::{check_outputs, write_json, write_page};
 use crate::inspect::{Inspection, inspect};
 use crate::recording::Recording;
 
@@ -29,6 +30,11 @@ pub struct InspectArguments {
 
 /// Runs the command, writing to `out`.
 pub fn run(arguments: &InspectArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let inputs: Vec<&PathBuf> = std::iter::once(&arguments.rig)
+        .chain(&arguments.recordings)
+        .collect();
+    let outputs: Vec<&PathBuf> = arguments.json.iter().chain(&arguments.report).collect();
+    check_outputs(&inputs, &outputs)?;
     let rig = read_rig(&arguments.rig)?;
     let mut inspections: Vec<Inspection> = Vec::new();
     // A page needs the samples; without one they are dropped file by file.

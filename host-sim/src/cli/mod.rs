@@ -10,17 +10,21 @@ pub mod diagnose;
 pub mod fit;
 mod inputs;
 pub mod inspect;
+mod outputs;
 pub mod record;
 pub mod settings;
 pub mod simulate;
 pub mod trial;
 
 use std::io::{self, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// All went well.
 pub const SUCCESS: u8 = 0;
 /// An input could not be used.
 pub const BAD_INPUT: u8 = 2;
+/// The program itself failed.
+pub const INTERNAL_FAILURE: u8 = 3;
 
 /// Why a command ended early.
 #[derive(Debug, thiserror::Error)]
@@ -33,10 +37,19 @@ pub enum CommandError {
     Output(#[from] io::Error),
 }
 
-/// Turns the outcome of a command into an exit status, saying on standard
-/// error what went wrong. A reader that closes the pipe (`| head`) has seen
-/// enough: that is no error.
-pub fn exit_status(outcome: Result<(), CommandError>) -> u8 {
+/// Runs a command and gives its exit status, saying on standard error what went
+/// wrong. A reader that closes the pipe (`| head`) has seen enough: that is no
+/// error. A panic has told its place already; the status says that it is the
+/// program's own failure.
+pub fn exit_status(command: impl FnOnce() -> Result<(), CommandError>) -> u8 {
+    let Ok(outcome) = catch_unwind(AssertUnwindSafe(command)) else {
+        let _ = writeln!(
+            io::stderr(),
+            "error: an internal failure of pneuma, not of your files; outputs are as before. \
+             Please report it with the command and the lines above"
+        );
+        return INTERNAL_FAILURE;
+    };
     match outcome {
         Ok(()) => SUCCESS,
         Err(CommandError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => SUCCESS,

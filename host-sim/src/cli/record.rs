@@ -1,7 +1,6 @@
 //! `pneuma record`: a board's telemetry to a recording.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,10 +12,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CommandError;
 use super::board::not_done;
-use super::inputs::{bad_input, check_outputs, read_rig, spinner};
+use super::inputs::{bad_input, read_rig, spinner};
+use super::outputs::{cannot_write, check_outputs};
 use crate::board::orders::begin_stream;
 use crate::board::port::{BAUD, Port, PortError};
 use crate::board::recorder::{Losses, Recorder, RecorderError, RecorderStartError, check_signals};
+use crate::output::Pending;
 use crate::text::file_name;
 
 /// How long a board may be silent.
@@ -27,7 +28,10 @@ const PROGRESS_ROWS: u64 = 100;
 
 /// Record a board's telemetry, in the columns of the rig's signals.
 ///
-/// Ends after --seconds, with Ctrl-C, or when the board hangs up. Rows that are
+/// Ends after --seconds, with Ctrl-C, or when the board hangs up; an end before
+/// --seconds exits with status 2 and keeps what was recorded. The recording
+/// stands in its place when it is whole; until then, and after a crash, its rows
+/// are in OUT.XXXXXX.partial beside it. Rows that are
 /// missing are counted by where they were lost; the recording has a gap and a
 /// comment in their place.
 #[derive(Args, Clone, Debug)]
@@ -79,27 +83,23 @@ pub fn run(arguments: &RecordArguments, out: &mut dyn Write) -> Result<(), Comma
     let streaming = begin_stream(&mut port, arguments.decimate)
         .map_err(|error| not_done(&arguments.serial, &error))?;
     let damaged_before = port.damaged();
-    let file = File::create(&arguments.out).map_err(|error| cannot_write(arguments, &error))?;
-    let start = Recorder::new(BufWriter::new(file), &rig, &rig_name, streaming);
+    let pending = Pending::create(&arguments.out);
+    let pending = pending.map_err(|error| cannot_write(&arguments.out, &error))?;
+    let start = Recorder::new(pending, &rig, &rig_name, streaming);
     let mut recorder = start.map_err(|error| match error {
         RecorderStartError::Rig(error) => bad_input(error),
-        RecorderStartError::Output(error) => cannot_write(arguments, &error),
+        RecorderStartError::Output(error) => cannot_write(&arguments.out, &error),
     })?;
     let ending = record(&mut port, &mut recorder, arguments)?;
     // The board may have gone: then there is nothing to stop.
     let _ = port.send(&stream(0));
     let seconds = recorder.duration_s();
-    let (rows, mut losses) = recorder
-        .finish()
-        .map_err(|error| cannot_write(arguments, &error))?;
+    let (pending, rows, mut losses) = recorder.finish();
+    let written = pending.finish();
+    written.map_err(|error| cannot_write(&arguments.out, &error))?;
     losses.damaged_frames = u64::from(port.damaged() - damaged_before);
     report(arguments, rows, seconds, &losses, &ending, out)?;
     judge(arguments, &losses, &ending)
-}
-
-fn cannot_write(arguments: &RecordArguments, error: &std::io::Error) -> CommandError {
-    let path = file_name(&arguments.out.display().to_string());
-    bad_input(format!("{path}: cannot be written: {error}"))
 }
 
 fn record<W: Write>(
@@ -112,7 +112,10 @@ fn record<W: Write>(
     let mut last_heard = Instant::now();
     let ending = loop {
         if stopped.load(Ordering::Relaxed) {
-            break Ending::Done;
+            break match arguments.seconds {
+                Some(seconds) => Ending::Early(format!("it was stopped before {seconds} s")),
+                None => Ending::Done,
+            };
         }
         if last_heard.elapsed() > SILENCE {
             break Ending::Early(format!("the board fell silent for {} s", SILENCE.as_secs()));
@@ -128,7 +131,7 @@ fn record<W: Write>(
         last_heard = Instant::now();
         match recorder.take(&tick) {
             Ok(()) => {}
-            Err(RecorderError::Output(error)) => return Err(cannot_write(arguments, &error)),
+            Err(RecorderError::Output(error)) => return Err(cannot_write(&arguments.out, &error)),
             Err(error @ RecorderError::Restarted(_)) => break Ending::Early(error.to_string()),
         }
         if recorder.rows().is_multiple_of(PROGRESS_ROWS) {
@@ -198,9 +201,10 @@ fn judge(
 ) -> Result<(), CommandError> {
     let name = file_name(&arguments.out.display().to_string());
     match ending {
-        _ if !arguments.strict => Ok(()),
         Ending::Early(reason) => Err(bad_input(format!("{name}: ended early: {reason}"))),
-        Ending::Done if losses.is_any() => Err(bad_input(format!("{name}: {losses}"))),
+        Ending::Done if arguments.strict && losses.is_any() => {
+            Err(bad_input(format!("{name}: {losses}")))
+        }
         Ending::Done => Ok(()),
     }
 }

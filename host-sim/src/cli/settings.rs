@@ -10,7 +10,8 @@ use firmware::settings::record::{self, VERSION, content_crc};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CommandError;
-use super::inputs::{bad_input, check_outputs, read_rig, write_bytes};
+use super::inputs::{bad_input, read_rig};
+use super::outputs::{check_outputs, write_bytes};
 use crate::board::image::write_into;
 use crate::board::port::{BAUD, Port};
 use crate::board::send::send;
@@ -103,9 +104,7 @@ fn into_image(path: &Path, settings: &Settings) -> Result<(), CommandError> {
     let cannot = |error: &dyn ToString| bad_input(format!("{name}: {}", error.to_string()));
     let image = fs::read(path).map_err(|error| cannot(&format!("cannot be read: {error}")))?;
     let changed = write_into(&image, &slot_record(settings)?).map_err(|error| cannot(&error))?;
-    let permissions = fs::metadata(path)?.permissions();
-    write_bytes(path, &changed)?;
-    Ok(fs::set_permissions(path, permissions)?)
+    write_bytes(path, &changed)
 }
 
 fn to_board(port: &str, baud: u32, settings: &Settings) -> Result<(), CommandError> {

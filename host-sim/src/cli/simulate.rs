@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::CommandError;
-use super::inputs::{write_page, write_with};
+use super::outputs::{check_outputs, write_page, write_with};
 use crate::report::{Provenance, number};
 use crate::scenario::Scenario;
 use crate::simulate::{Simulation, page, recorded, simulate};
@@ -32,6 +32,13 @@ pub struct SimulateArguments {
 pub fn run(arguments: &SimulateArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     let bad_input = |error: &dyn ToString| CommandError::BadInput(error.to_string());
     let scenario = Scenario::read(&arguments.scenario).map_err(|error| bad_input(&error))?;
+    let inputs: Vec<&PathBuf> = std::iter::once(&arguments.scenario)
+        .chain(&scenario.files)
+        .collect();
+    let outputs: Vec<&PathBuf> = std::iter::once(&arguments.out)
+        .chain(&arguments.report)
+        .collect();
+    check_outputs(&inputs, &outputs)?;
     let simulation = simulate(&scenario).map_err(|error| bad_input(&error))?;
     let table = recorded(&scenario, &simulation).map_err(|error| bad_input(&error))?;
     write_with(&arguments.out, |out| table.write(out))?;

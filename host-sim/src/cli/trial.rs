@@ -1,6 +1,6 @@
 //! `pneuma trial`: the diagnosis judged on concealed data.
 
-use super::{CommandError, inputs};
+use super::{CommandError, inputs, outputs};
 use crate::text::file_name;
 use crate::trial::others::other;
 use crate::trial::plan::Planned;
@@ -67,7 +67,7 @@ pub fn run(arguments: &TrialArguments, out: &mut dyn Write) -> Result<(), Comman
         arguments.report.as_ref(),
         arguments.markdown.as_ref(),
     ];
-    inputs::check_outputs(&[], &outputs.into_iter().flatten().collect::<Vec<_>>())?;
+    outputs::check_outputs(&[], &outputs.into_iter().flatten().collect::<Vec<_>>())?;
     let planned = plan(setting, arguments.cases.get());
     let mut card = opened_or_new(arguments, setting)?;
     seal_cases(&mut card, &planned, arguments, out)?;
@@ -150,7 +150,7 @@ fn seal_cases(
         .enumerate()
         .map(|(number, seal)| format!("case-{number:04} {}\n", seal.sha256))
         .collect();
-    inputs::write_text(&path, &lines.concat())?;
+    outputs::write_text(&path, &lines.concat())?;
     card.write(&arguments.json).map_err(inputs::bad_input)?;
     let name = file_name(&path.display().to_string());
     writeln!(out, "{} truths sealed in {name}", card.seals.len())?;
@@ -194,10 +194,10 @@ impl Drop for Work {
 fn write_reports(arguments: &TrialArguments, card: &Scorecard) -> Result<(), CommandError> {
     if let Some(path) = &arguments.report {
         let how = inputs::provenance([]).fact("seed", arguments.seed);
-        inputs::write_page(path, &page::page(card, how))?;
+        outputs::write_page(path, &page::page(card, how))?;
     }
     if let Some(path) = &arguments.markdown {
-        inputs::write_text(path, &markdown::tables(card))?;
+        outputs::write_text(path, &markdown::tables(card))?;
     }
     Ok(())
 }

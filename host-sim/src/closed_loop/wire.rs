@@ -10,6 +10,11 @@ use firmware::control_task::{ControlTask, Sample};
 use firmware::link::{self, CommandRecord, FromPlant, Order, Payload};
 use firmware::start::ResetCause;
 use std::io::{self, Read, Write};
+use std::ops::RangeInclusive;
+
+/// Ticks that a plant can be stepped with: faster than the valve by far at one
+/// end, slower than the axis at the other.
+const TICK_PERIODS_NS: RangeInclusive<u32> = 20_000..=100_000_000;
 
 /// A controller at the other end of a stream.
 pub struct RemoteController<S> {
@@ -24,6 +29,13 @@ impl<S: Read + Write> RemoteController<S> {
         loop {
             let payload = received(&mut wire, "its greeting")?;
             if let Some(tick_period_ns) = link::hello_tick_period_ns(&payload) {
+                if !TICK_PERIODS_NS.contains(&tick_period_ns) {
+                    return Err(DriveError::Link(format!(
+                        "the controller greets with a tick of {tick_period_ns} ns, expected {} to {} ns",
+                        TICK_PERIODS_NS.start(),
+                        TICK_PERIODS_NS.end()
+                    )));
+                }
                 let tick_s = 1e-9 * f64::from(tick_period_ns);
                 return Ok(Self { wire, tick_s });
             }

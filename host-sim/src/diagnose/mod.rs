@@ -64,6 +64,7 @@ pub use alone::Alone;
 use crate::inspect::{self, Fault, Inspection};
 use crate::laws::{Law, Output, Track, balance};
 use crate::recording::Recording;
+use crate::recording_set;
 use crate::rig::Rig;
 use candidates::{Candidate, candidates};
 use fitted::{Bench, Fitted};
@@ -363,11 +364,12 @@ impl LawDiagnosis {
 /// parameter is frozen.
 pub fn diagnose<E>(
     rig: &Rig,
-    train: Vec<Recording>,
+    mut train: Vec<Recording>,
     read_held_out: impl FnOnce() -> Result<Vec<Recording>, E>,
     progress: &dyn Fn(&str),
 ) -> Result<Diagnosis, E> {
     progress("checking the recordings");
+    recording_set::sort(&mut train);
     let look = |recording: &Recording| inspect::inspect(rig, recording);
     let inspections: Vec<Inspection> = train.iter().map(look).collect();
     let faults = faults(&train, &inspections);
@@ -390,7 +392,7 @@ pub fn diagnose<E>(
         scale::blame(&known, &mut laws);
     }
     progress("reading the held-out recordings");
-    let (held_out, of_held_out) = gaps::parted(rig, read_held_out()?);
+    let (held_out, of_held_out) = gaps::parted(rig, in_order(read_held_out()?));
     notes.extend(of_held_out);
     let mut heard = Cow::from(&held_out);
     for law in &mut laws {
@@ -783,6 +785,11 @@ fn break_aways(bench: &Bench<'_>, baseline: &Fitted, improved: &Fitted) -> Vec<B
     let mut events: Vec<BreakAway> = tracks.flat_map(of_recording).collect();
     events.retain(|event| event.refitted_n.is_finite() && event.improved_n.is_finite());
     events
+}
+
+fn in_order(mut recordings: Vec<Recording>) -> Vec<Recording> {
+    recording_set::sort(&mut recordings);
+    recordings
 }
 
 /// Every frozen model against every recording.

@@ -11,8 +11,8 @@
 //! * the chamber that is fed loses gas (the same recordings: correlations from 0.26).
 
 use super::SignalReport;
-use super::faults::{Fault, FaultKind, fault, floor};
-use super::statistics::{Run, as_float, moved, quantile};
+use super::faults::{Fault, FaultKind, at_odds_as, floor};
+use super::statistics::{as_float, moved, quantile};
 use crate::recording::Recording;
 use crate::rig::{FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA, Valve};
 
@@ -63,11 +63,7 @@ pub(super) fn contradictions(
 
 /// A fault of the whole recording.
 fn at_odds(recording: &Recording, signal: &str, said: &str) -> Fault {
-    let run = Run {
-        start: 0,
-        length: recording.len(),
-    };
-    fault(recording, signal, FaultKind::Inconsistent, run, said)
+    at_odds_as(FaultKind::Inconsistent, recording, signal, said)
 }
 
 fn quantile_of(values: &[f64], share: f64) -> f64 {

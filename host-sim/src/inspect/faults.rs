@@ -9,7 +9,8 @@
 //! * saturated: long runs at the very largest or smallest value, entered or
 //!   left at full slope, or where the declared noise would have moved it.
 //! * dropout: a leap and a leap back, both far beyond the signal's own steps.
-//! * at odds with another channel or with the rig: see `contradictions`.
+//! * spikes, held channels, leaps: see the rooms of these names.
+//! * at odds with another channel or with the rig: see `contradictions`, `gauges`.
 //!
 //! A command (`u`, `x_ref`) may hold, leap and saturate; only a command that
 //! never changes while the axis goes to and fro is a fault. A single leap
@@ -18,6 +19,10 @@
 use serde::Serialize;
 
 use super::contradictions::contradictions;
+use super::gauges;
+use super::held::held;
+use super::leaps::leaps;
+use super::spikes::spikes;
 use super::statistics::{Run, as_float, ordinary_steps, path, quantile, runs};
 use super::{Excitation, SignalReport};
 use crate::recording::Recording;
@@ -67,6 +72,12 @@ pub enum FaultKind {
     Saturated,
     /// Leaps away and back.
     Dropout,
+    /// Stands out for a row or a few.
+    Spike,
+    /// Sampled more slowly than the rows come, and repeated.
+    Held,
+    /// Goes further from one row to the next than an axis can.
+    Leap,
     /// At odds with another channel or with the rig.
     Inconsistent,
 }
@@ -95,6 +106,7 @@ pub(super) fn faults(
     recording: &Recording,
     signals: &[SignalReport],
     excitation: &Excitation,
+    rate_hz: f64,
 ) -> Vec<Fault> {
     let ordinary = ordinary_steps(&recording.time_s);
     let mut faults = Vec::new();
@@ -110,8 +122,13 @@ pub(super) fn faults(
             ordinary: &ordinary,
             runs: runs(values),
         };
-        faults.extend(channel.faults(excitation));
+        match gauges::open_chamber(rig, recording, report, values) {
+            Some(open) => faults.push(open),
+            None => faults.extend(channel.faults(excitation, rate_hz)),
+        }
     }
+    faults.extend(leaps(recording, signals, &ordinary, rate_hz));
+    faults.extend(gauges::supply(rig, recording));
     faults.extend(contradictions(rig, recording, signals));
     faults
 }
@@ -127,12 +144,19 @@ struct Channel<'c> {
 }
 
 impl Channel<'_> {
-    fn faults(&self, excitation: &Excitation) -> Vec<Fault> {
+    fn faults(&self, excitation: &Excitation, rate_hz: f64) -> Vec<Fault> {
         if is_command(&self.report.name) {
             return self.dead_command(excitation).into_iter().collect();
         }
         if let Some(fault) = self.dead() {
             return vec![fault];
+        }
+        if let Some(fault) = held(self.recording, self.report, self.values, rate_hz) {
+            return vec![fault];
+        }
+        let spikes = spikes(self.recording, self.report, self.values, self.ordinary);
+        if !spikes.is_empty() {
+            return spikes;
         }
         let dropouts = self.dropouts();
         if !dropouts.is_empty() {
@@ -515,6 +539,20 @@ fn bend(time_s: &[f64], position: &[f64]) -> f64 {
         .iter()
         .zip(position)
         .fold(0.0, |most, (time, x)| most.max((x - line(*time)).abs()))
+}
+
+/// A fault of the whole recording.
+pub(super) fn at_odds_as(
+    kind: FaultKind,
+    recording: &Recording,
+    signal: &str,
+    said: &str,
+) -> Fault {
+    let run = Run {
+        start: 0,
+        length: recording.len(),
+    };
+    fault(recording, signal, kind, run, said)
 }
 
 pub(super) fn fault(

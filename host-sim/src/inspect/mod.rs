@@ -13,6 +13,10 @@ mod contradictions;
 mod display;
 mod excitation;
 mod faults;
+mod gauges;
+mod held;
+mod leaps;
+mod spikes;
 mod statistics;
 
 use serde::Serialize;
@@ -27,8 +31,9 @@ use statistics::{as_float, median_step, ordinary_steps, runs};
 
 /// A step longer than this many median steps is listed as a gap.
 const GAP_STEPS: f64 = 5.0;
-/// Gaps listed one by one; the rest is counted.
-const LISTED_GAPS: usize = 20;
+/// Gaps and spikes listed one by one; the rest is counted.
+const LISTED: usize = 20;
+const BAR_PA: f64 = 1e5;
 /// Measured noise further than this factor from the declared one is noted.
 const NOISE_FACTOR: f64 = 3.0;
 
@@ -127,7 +132,7 @@ pub fn inspect(rig: &Rig, recording: &Recording) -> Inspection {
         .map(|(name, values)| signal_report(rig, recording, name, values))
         .collect();
     let excitation = excitation::excitation(rig, recording, &signals);
-    let faults = faults::faults(rig, recording, &signals, &excitation);
+    let faults = faults::faults(rig, recording, &signals, &excitation, timing.rate_hz);
     let notes = notes(recording, &signals);
     Inspection {
         recording: recording.name.clone(),
@@ -169,7 +174,7 @@ fn timing(recording: &Recording) -> Timing {
         shortest_step_s: steps.iter().copied().reduce(f64::min).unwrap_or(0.0),
         longest_step_s: steps.iter().copied().reduce(f64::max).unwrap_or(0.0),
         gap_count: gaps.len(),
-        gaps: gaps.into_iter().take(LISTED_GAPS).collect(),
+        gaps: gaps.into_iter().take(LISTED).collect(),
     }
 }
 

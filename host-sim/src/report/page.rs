@@ -1,8 +1,7 @@
 //! The page: what a reader sees first, sections, and how it was made.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 use super::bars::BarChart;
@@ -11,6 +10,7 @@ use super::escape;
 use super::matrix::Matrix;
 use super::number;
 use super::table::Table;
+use crate::output::write_whole;
 
 const STYLE: &str = include_str!("../../assets/report.css");
 const SCRIPT: &str = include_str!("../../assets/report.js");
@@ -133,22 +133,12 @@ impl Page {
         )
     }
 
-    /// Writes the page so that no reader ever sees half of it: into a
-    /// temporary file beside `path`, then renamed.
+    /// Writes the page whole; see [`crate::output`].
+    ///
+    /// # Errors
+    /// If it cannot be written.
     pub fn write(&self, path: &Path) -> io::Result<()> {
-        let name = path.file_name().ok_or_else(|| {
-            let problem = format!("{} names no file", path.display());
-            io::Error::new(io::ErrorKind::InvalidInput, problem)
-        })?;
-        let temporary_name = format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id());
-        let temporary = path.with_file_name(temporary_name);
-        let written = write_durably(&temporary, self.to_html().as_bytes())
-            .and_then(|()| fs::rename(&temporary, path));
-        if written.is_err() {
-            // The first error is the one to report.
-            let _ = fs::remove_file(&temporary);
-        }
-        written
+        write_whole(path, |out| out.write_all(self.to_html().as_bytes()))
     }
 
     fn lead_html(&self) -> String {
@@ -177,12 +167,6 @@ impl Page {
         let entries: String = self.sections.iter().map(entry).collect();
         format!("<nav aria-label=\"Contents\"><ol>\n{entries}</ol></nav>\n")
     }
-}
-
-fn write_durably(path: &Path, content: &[u8]) -> io::Result<()> {
-    let mut file = File::create(path)?;
-    file.write_all(content)?;
-    file.sync_all()
 }
 
 impl Tile {

@@ -56,6 +56,7 @@ pub(crate) use read::stroke_range_m;
 pub use command::{Command, Pulse, Segment, Shape};
 
 use crate::rig::{Rig, RigError};
+use std::path::PathBuf;
 
 /// The only format there is.
 pub const FORMAT: &str = "scenario/1";
@@ -70,6 +71,8 @@ pub struct Scenario {
     pub name: String,
     /// Where the rig came from: its file, or the scenario's own.
     pub rig_name: String,
+    /// The files that the scenario names: its rig's and those of its commands.
+    pub files: Vec<PathBuf>,
     /// The rig.
     pub rig: Rig,
     /// How long it lasts, s.

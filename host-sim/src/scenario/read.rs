@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -177,7 +177,19 @@ fn read_scenario(top: &Fields, folder: &Path) -> Result<Scenario, ScenarioError>
         records_states: reads_states(top)?,
         rig,
         rig_name,
+        files: named_files(top, folder)?,
     })
+}
+
+/// The files that a scenario names beside itself.
+fn named_files(top: &Fields, folder: &Path) -> Result<Vec<PathBuf>, ScenarioError> {
+    let text = |fields: &Fields, key: &str| {
+        let entry = fields.table.get(key)?;
+        entry.get_ref().as_str().map(|file| folder.join(file))
+    };
+    let commands = top.children("command", "[command] or [[command]] with its kind")?;
+    let of_commands = commands.iter().filter_map(|fields| text(fields, "file"));
+    Ok(text(top, "rig").into_iter().chain(of_commands).collect())
 }
 
 fn check_format(top: &Fields) -> Result<(), ScenarioError> {

@@ -5,6 +5,7 @@ use super::plan::{Planned, Setting, plan};
 use super::run::{CaseResult, TrialError, file_error};
 use super::score::Score;
 use super::seal::Seal;
+use crate::output::write_whole;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
@@ -96,10 +97,6 @@ impl Scorecard {
     /// If it cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), TrialError> {
         let text = serde_json::to_string_pretty(self).map_err(|error| file_error(path, error))?;
-        let mut beside = path.as_os_str().to_owned();
-        beside.push(".partial");
-        fs::write(&beside, text + "\n")
-            .and_then(|()| fs::rename(&beside, path))
-            .map_err(|error| file_error(path, error))
+        write_whole(path, |out| writeln!(out, "{text}")).map_err(|error| file_error(path, error))
     }
 }

@@ -1,0 +1,103 @@
+//! Leaps from one row to the next that no axis can make.
+//!
+//! A step is a leap where it lies far outside of the steps before and after it.
+//! (The practice and real recordings: by 4.6 times their range at the most, rows
+//! after a gap aside; a lost stretch of 150 rows: by 24 to 121 times.)
+//!
+//! * Several signals leap in the same row: rows are missing there, whatever the
+//!   time column says.
+//! * The position leaps and the velocity does not add up to it: counts were lost.
+//!
+//! A pressure or a force that leaps alone is not judged here.
+
+use super::SignalReport;
+use super::faults::{Fault, FaultKind, fault};
+use super::statistics::{Run, path};
+use crate::recording::Recording;
+
+/// Steps on either side that a step is compared with.
+const NEIGHBOURS: usize = 3;
+/// A leap lies so many ranges of its neighbours outside of them ...
+const RANGES: f64 = 10.0;
+/// ... where they lie closer together than so many deviations of the noise, of these.
+const LEAST_RANGE_NOISE: f64 = 3.0;
+/// Slower recordings have whole strokes between two rows.
+const LEAST_RATE_HZ: f64 = 200.0;
+/// Part of a leap that the velocity must account for to agree with it.
+const ACCOUNTED_FOR: f64 = 0.5;
+
+/// Rows in which the recording leaps.
+pub(super) fn leaps(
+    recording: &Recording,
+    signals: &[SignalReport],
+    ordinary: &[bool],
+    rate_hz: f64,
+) -> Vec<Fault> {
+    if rate_hz < LEAST_RATE_HZ {
+        return Vec::new();
+    }
+    let of_signal = |name: &'static str| -> Vec<(usize, &'static str, f64)> {
+        let report = signals.iter().find(|report| report.name == name);
+        let (Some(report), Some(values)) = (report, recording.signal(name)) else {
+            return Vec::new();
+        };
+        let found = find(report, values, ordinary);
+        found.map(|(row, by)| (row, name, by)).collect()
+    };
+    let mut all: Vec<(usize, &str, f64)> = ["x", "v", "p_a", "p_b"]
+        .into_iter()
+        .flat_map(of_signal)
+        .collect();
+    all.sort_by_key(|(row, ..)| *row);
+    let rows = all.chunk_by(|one, other| one.0 == other.0);
+    rows.filter_map(|leaps| told(recording, leaps)).collect()
+}
+
+/// Rows that are entered by a leap, and its size.
+fn find<'v>(
+    report: &SignalReport,
+    values: &'v [f64],
+    ordinary: &'v [bool],
+) -> impl Iterator<Item = (usize, f64)> + use<'v> {
+    let least_range = (LEAST_RANGE_NOISE * report.noise).max(report.quantum.unwrap_or(0.0));
+    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    (NEIGHBOURS..steps.len().saturating_sub(NEIGHBOURS)).filter_map(move |place| {
+        let around = place - NEIGHBOURS..place + NEIGHBOURS + 1;
+        if !ordinary[around.clone()].iter().all(|step| *step) {
+            return None;
+        }
+        let others = around
+            .filter(|other| *other != place)
+            .map(|other| steps[other]);
+        let (low, high) = others.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), step| {
+            (low.min(step), high.max(step))
+        });
+        let step = steps[place];
+        let outside = (step - high).max(low - step);
+        (outside > RANGES * (high - low).max(least_range)).then_some((place + 1, step))
+    })
+}
+
+fn told(recording: &Recording, leaps: &[(usize, &str, f64)]) -> Option<Fault> {
+    let (row, signal, by) = *leaps.first()?;
+    let run = Run {
+        start: row - 1,
+        length: 2,
+    };
+    if leaps.len() > 1 {
+        let names: Vec<&str> = leaps.iter().map(|(_, name, _)| *name).collect();
+        let said = format!(
+            "leaps by {by:.4e} within one row, and so do {}: rows are missing here although the time goes on",
+            names[1..].join(" and ")
+        );
+        return Some(fault(recording, signal, FaultKind::Leap, run, &said));
+    }
+    let speed = recording.signal("v").filter(|_| signal == "x")?;
+    let way_m = path(&recording.time_s[row - 1..=row], &speed[row - 1..=row]);
+    (way_m.abs() < ACCOUNTED_FOR * by.abs()).then(|| {
+        let said = format!(
+            "leaps by {by:.4e} m within one row while v adds up to {way_m:.1e} m: counts were lost, or the reading slipped"
+        );
+        fault(recording, signal, FaultKind::Leap, run, &said)
+    })
+}
