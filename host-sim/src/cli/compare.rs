@@ -7,7 +7,9 @@ use clap::Args;
 use serde::Serialize;
 
 use super::CommandError;
-use super::inputs::{bad_input, laws, provenance, read_recordings, read_rig, spinner};
+use super::inputs::{
+    bad_input, laws, provenance, read_recordings, read_rig, remarks_on_rig, spinner, with_remarks,
+};
 use super::outputs::{check_outputs, write_json, write_page};
 use crate::compare::{LawComparison, compare_law};
 use crate::laws::Track;
@@ -36,6 +38,7 @@ struct CompareFile<'a> {
     rig: String,
     recordings: Vec<&'a str>,
     laws: &'a [LawComparison],
+    remarks: &'a [String],
 }
 
 /// Runs the command, writing to `out`.
@@ -49,6 +52,10 @@ pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), Comm
     let laws = laws(&rig)?;
     let recordings = read_recordings(&arguments.recordings, &rig)?;
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+    let remarks = remarks_on_rig(&rig);
+    for remark in &remarks {
+        writeln!(out, "{remark}")?;
+    }
     let mut compared: Vec<LawComparison> = Vec::new();
     for law in laws {
         let bar = spinner();
@@ -67,13 +74,14 @@ pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), Comm
             rig: arguments.rig.display().to_string(),
             recordings: recordings.iter().map(|one| one.name.as_str()).collect(),
             laws: &compared,
+            remarks: &remarks,
         };
         write_json(path, &content)?;
     }
     if let Some(path) = &arguments.report {
         let mut page = crate::charts::compare_page(&rig, &compared, &tracks);
         let files = std::iter::once(&arguments.rig).chain(&arguments.recordings);
-        page.provenance(provenance(files));
+        page.provenance(with_remarks(provenance(files), &remarks));
         write_page(path, &page)?;
     }
     Ok(())

@@ -50,6 +50,10 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
     // Read now, as a pipe can be read once; handed over when every parameter is frozen.
     let held_out = inputs::read_recordings(&arguments.held_out, &rig)?;
     inputs::check_apart(&train, &held_out)?;
+    if let Some(remark) = words_before_work(&rig) {
+        writeln!(out, "note     {remark}")?;
+    }
+    out.flush()?;
     let progress = inputs::spinner();
     let diagnosis = diagnose(&rig, train, || Ok::<_, CommandError>(held_out), &|stage| {
         progress.set_message(stage.to_owned())
@@ -74,6 +78,13 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
     Ok(())
 }
 
+/// What a person had better know before minutes of work.
+fn words_before_work(rig: &Rig) -> Option<&'static str> {
+    rig.uncertainty.is_empty().then_some(
+        "the rig file has no [uncertainty]: every number counts as exact, and a wrong nameplate value will look like missing physics; give each uncertain number one standard deviation",
+    )
+}
+
 fn check(arguments: &DiagnoseArguments) -> Result<(), CommandError> {
     let files: Vec<&PathBuf> = std::iter::once(&arguments.rig)
         .chain(&arguments.train)
@@ -91,6 +102,7 @@ fn page(arguments: &DiagnoseArguments, rig: &Rig, diagnosis: &Diagnosis) -> Page
         .chain(&arguments.train)
         .chain(&arguments.held_out);
     let how = inputs::provenance(files).fact("seed", arguments.seed);
+    let how = inputs::with_remarks(how, &inputs::remarks_on_rig(rig));
     let name = arguments.rig.file_stem().unwrap_or_default();
     let title = format!("Diagnosis: {}", name.to_string_lossy());
     charts::diagnosis_page(&title, rig, diagnosis, how)
@@ -120,6 +132,9 @@ fn show(diagnosis: &Diagnosis, out: &mut dyn Write) -> Result<(), CommandError> 
     }
     for note in &diagnosis.verdict.notes {
         writeln!(out, "note     {note}")?;
+    }
+    for assumed in &diagnosis.verdict.assumed {
+        writeln!(out, "assumed  {assumed}")?;
     }
     Ok(())
 }

@@ -7,7 +7,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::CommandError;
-use super::inputs::{bad_input, check_apart, laws, provenance, read_recordings, read_rig, spinner};
+use super::inputs::{
+    bad_input, check_apart, laws, provenance, read_recordings, read_rig, remarks_on_rig, spinner,
+    with_remarks,
+};
 use super::outputs::{check_outputs, write_json, write_page, write_text};
 use crate::identify::{FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig};
 use crate::laws::Track;
@@ -40,6 +43,10 @@ pub struct FitArguments {
     /// Write a page with plots.
     #[arg(long)]
     pub report: Option<PathBuf>,
+    /// Write the improved rig and exit with 0 even if a fit did not converge or predicts
+    /// held-out recordings worse than the rig as given.
+    #[arg(long)]
+    pub accept: bool,
 }
 
 /// The JSON.
@@ -51,6 +58,7 @@ struct FitFile<'a> {
     held_out: Vec<&'a str>,
     laws: &'a [LawFit],
     notes: &'a [String],
+    remarks: &'a [String],
 }
 
 /// Runs the command, writing to `out`.
@@ -73,6 +81,10 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
     let held_tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     let free = free_parameters(&rig, &laws, &train_tracks, &requests).map_err(bad_input)?;
     writeln!(out, "{}", headline(&train, &held_out))?;
+    let remarks = remarks_on_rig(&rig);
+    for remark in &remarks {
+        writeln!(out, "{remark}")?;
+    }
     let mut fits: Vec<LawFit> = Vec::new();
     for (&law, free) in laws.iter().zip(free) {
         if free.is_empty() {
@@ -86,16 +98,23 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
             held_out: &held_tracks,
             free,
         };
-        let fit = fit_with_progress(&task)?;
+        fits.push(fit_with_progress(&task)?);
+    }
+    // What speaks against the whole outcome comes first.
+    let faults: Vec<String> = fits.iter().flat_map(LawFit::faults).collect();
+    for fault in &faults {
+        writeln!(out, "NOT TO BE TRUSTED: {fault}")?;
+    }
+    for fit in &fits {
         write!(out, "\n{fit}")?;
-        fits.push(fit);
     }
     let (improved, notes) = improved_rig(&rig, &fits);
     for note in &notes {
         writeln!(out, "note: {note}")?;
     }
     out.flush()?;
-    if let Some(path) = &arguments.improved_rig {
+    let is_accepted = faults.is_empty() || arguments.accept;
+    if let Some(path) = arguments.improved_rig.as_ref().filter(|_| is_accepted) {
         let (text, complaint) = improved_text(&improved);
         write_text(path, &text)?;
         if let Some(complaint) = complaint {
@@ -110,6 +129,7 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
             held_out: names(&held_out),
             laws: &fits,
             notes: &notes,
+            remarks: &remarks,
         };
         write_json(path, &content)?;
     }
@@ -117,10 +137,15 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         let mut page = crate::charts::fit_page(&rig, &fits, &train_tracks, &held_tracks);
         let files = std::iter::once(&arguments.rig);
         let files = files.chain(&arguments.train).chain(&arguments.held_out);
-        page.provenance(provenance(files));
+        page.provenance(with_remarks(provenance(files), &remarks));
         write_page(path, &page)?;
     }
-    Ok(())
+    match faults.first() {
+        Some(fault) if !is_accepted => Err(CommandError::Untrusted(format!(
+            "{fault}; no improved rig is written (--accept takes the fit as it is)"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn check_files(arguments: &FitArguments) -> Result<(), CommandError> {

@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use sha2::{Digest, Sha256};
 
 use super::CommandError;
-use crate::laws::Law;
+use crate::laws::{Law, needs};
 use crate::recording::Recording;
 use crate::recording_set::shared_stretch;
 use crate::report::Provenance;
@@ -131,9 +131,21 @@ pub(super) fn laws(rig: &Rig) -> Result<Vec<Law>, CommandError> {
     let has = |signal: &str| rig.signals.contains(signal);
     let laws = Law::of(rig, &has);
     if laws.is_empty() {
-        return Err(bad_input(no_law(rig)));
+        let lacks = needs::lacks(rig, &has);
+        let first = lacks.first().map(ToString::to_string);
+        return Err(bad_input(first.unwrap_or_else(|| no_law(rig))));
     }
     Ok(laws)
+}
+
+/// Lines on what a rig lacks, so that a law is not run, and on what laws assume.
+pub(super) fn remarks_on_rig(rig: &Rig) -> Vec<String> {
+    let has = |signal: &str| rig.signals.contains(signal);
+    let lacks = needs::lacks(rig, &has);
+    let lacks = lacks.iter().map(|lack| format!("not run: {lack}"));
+    let assumed = needs::assumed(rig, &has);
+    let assumed = assumed.iter().map(|one| format!("assumed: {one}"));
+    lacks.chain(assumed).collect()
 }
 
 fn no_law(rig: &Rig) -> String {
@@ -207,6 +219,14 @@ pub(super) fn provenance<'p>(files: impl IntoIterator<Item = &'p PathBuf>) -> Pr
             Ok((bytes, hash)) => provenance.file(name, bytes, hash),
             Err(_) => provenance,
         }
+    })
+}
+
+/// What was assumed or not run, among the facts on how a page was made.
+pub(super) fn with_remarks(provenance: Provenance, remarks: &[String]) -> Provenance {
+    remarks.iter().fold(provenance, |provenance, remark| {
+        let (what, which) = remark.split_once(": ").unwrap_or(("", remark));
+        provenance.fact(what, which)
     })
 }
 

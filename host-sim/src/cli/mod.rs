@@ -21,6 +21,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// All went well.
 pub const SUCCESS: u8 = 0;
+/// The work was done, and its result is not to be trusted.
+pub const UNTRUSTED: u8 = 1;
 /// An input could not be used.
 pub const BAD_INPUT: u8 = 2;
 /// The program itself failed.
@@ -32,6 +34,9 @@ pub enum CommandError {
     /// An input that cannot be used; the text is one line.
     #[error("{0}")]
     BadInput(String),
+    /// A result that is not to be trusted; the text is one line.
+    #[error("{0}")]
+    Untrusted(String),
     /// The output could not be written.
     #[error("cannot write: {0}")]
     Output(#[from] io::Error),
@@ -55,7 +60,10 @@ pub fn exit_status(command: impl FnOnce() -> Result<(), CommandError>) -> u8 {
         Err(CommandError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => SUCCESS,
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {error}");
-            BAD_INPUT
+            match error {
+                CommandError::Untrusted(_) => UNTRUSTED,
+                CommandError::BadInput(_) | CommandError::Output(_) => BAD_INPUT,
+            }
         }
     }
 }

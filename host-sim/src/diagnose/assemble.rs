@@ -96,6 +96,8 @@ pub fn verdict(
         fit,
         parameters: parameters(rig, laws),
         notes,
+        assumed: Vec::new(),
+        doubts: Vec::new(),
         seconds: laws.iter().map(|law| law.seconds).sum(),
     }
 }
@@ -574,6 +576,7 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
                 refitted: before.get(key).copied(),
                 improved: after.get(key).copied(),
                 std: index.and_then(|index| improved.standard_deviations[index]),
+                at_bound: index.is_some_and(|index| improved.at_bound[index]),
             };
             all.insert(key.clone(), parameter);
         }

@@ -297,8 +297,31 @@ fn ordinary_bounds(key: &str, mean: f64, standard_deviation: f64) -> (f64, f64) 
     }
 }
 
+/// Effects of forces and friction; those of gas, valve and gauges act on the chambers.
+const MECHANICAL: &[&str] = &[
+    "coulomb-friction",
+    "stribeck-friction",
+    "viscous-friction",
+    "pressure-dependent-friction",
+    "position-dependent-friction",
+    "direction-dependent-friction",
+    "dwell-stiction",
+    "constant-force",
+    "load-compliance",
+    "load-backlash",
+    "unknown-force",
+];
+
 fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
     let section = key.split('.').next().unwrap_or("");
+    if section == "effects" && !TIMES_OF_SENSORS.contains(&key) {
+        let effect = key.split('.').nth(1).unwrap_or("");
+        return match law {
+            Law::Chambers => !MECHANICAL.contains(&effect),
+            Law::Force | Law::Carriage | Law::Balance => MECHANICAL.contains(&effect),
+            Law::Actuator => true,
+        };
+    }
     match law {
         Law::Chambers => match section {
             "supply" => rig.valve.is_some(),
@@ -322,6 +345,12 @@ pub fn candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], misfit: f64) -> Vec
         Law::Force | Law::Carriage | Law::Balance => friction_candidates(law, rig, tracks, misfit),
         Law::Actuator => actuator_candidates(tracks),
     };
+    // What the rig states with an uncertainty is refitted like any other of its numbers.
+    let is_stated = |candidate: &Candidate| {
+        let mut free = candidate.free.iter();
+        free.any(|free| rig.uncertainty_sd(&free.key).is_some())
+    };
+    all.retain(|candidate| !is_stated(candidate));
     let marks = marks(law, rig, row_s(tracks));
     for candidate in &mut all {
         let own = |(key, _): &&(String, Mark)| candidate.free.iter().any(|free| free.key == *key);
@@ -473,18 +502,21 @@ fn leakage(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Vec<Candidate> {
     // The least leak is not quite nought: there a law may skip it, and its
     // derivative with it.
     let leak = |form| Candidate::new("chamber-leakage", &[side.place()]).form(form);
-    vec![
-        onset(leak("laminar").free(
-            &format!("laminar_{letter}_kg_s_Pa2"),
-            (1e-6 * laminar[0], 1e3 * laminar[1]),
-            &laminar,
-        )),
-        onset(leak("orifice").free(
-            &format!("orifice_{letter}_m2"),
-            (1e-6 * orifice[0], 1e3 * orifice[1]),
-            &orifice,
-        )),
-    ]
+    let laminar_key = format!("laminar_{letter}_kg_s_Pa2");
+    let orifice_key = format!("orifice_{letter}_m2");
+    let laminar_bounds = (1e-6 * laminar[0], 1e3 * laminar[1]);
+    let orifice_bounds = (1e-6 * orifice[0], 1e3 * orifice[1]);
+    let mut all = vec![
+        onset(leak("laminar").free(&laminar_key, laminar_bounds, &laminar)),
+        onset(leak("orifice").free(&orifice_key, orifice_bounds, &orifice)),
+    ];
+    // A leak test asks for the leak itself, and one that is cracked or porous has both.
+    if rig.vessel.is_some() {
+        let [of_gap, of_hole] = [laminar, orifice].map(|starts| starts.map(|start| 0.5 * start));
+        let both = leak("gap and hole").free(&laminar_key, laminar_bounds, &of_gap);
+        all.push(onset(both.free(&orifice_key, orifice_bounds, &of_hole)));
+    }
+    all
 }
 
 /// Mass of a chamber's gas, kg, and choked flow out of it per area, kg/(s m2):

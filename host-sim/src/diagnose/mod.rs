@@ -9,8 +9,8 @@
 //! 4. effects are put in, one set after another ([`mod@candidates`], [`search`]),
 //!    and judged by data that were left out of the fit; where that does not
 //!    explain it, each is tried for a part of the time (`intermittent`);
-//! 5. every parameter is frozen, the held-out recordings are read for the first
-//!    time, and the models are compared on them ([`proof`]);
+//! 5. every parameter is frozen, and the models are compared on the held-out
+//!    recordings, of which until then only faults were looked for ([`proof`]);
 //! 6. the verdict is written ([`verdict`]).
 
 mod alone;
@@ -22,6 +22,7 @@ mod fold_squares;
 mod friction_wave;
 mod gaps;
 mod hidden_gauge;
+mod instruments;
 mod intermittent;
 mod kinematics;
 pub mod knowability;
@@ -62,7 +63,7 @@ mod drawn;
 pub use alone::Alone;
 
 use crate::inspect::{self, Fault, Inspection};
-use crate::laws::{Law, Output, Track, balance};
+use crate::laws::{Law, Output, Track, balance, needs};
 use crate::recording::Recording;
 use crate::recording_set;
 use crate::rig::Rig;
@@ -360,8 +361,8 @@ impl LawDiagnosis {
     }
 }
 
-/// Diagnoses a rig by its recordings. `read_held_out` is called once every
-/// parameter is frozen.
+/// Diagnoses a rig by its recordings. Held-out recordings are checked for faults, and
+/// nothing else of them is looked at before every parameter is frozen.
 pub fn diagnose<E>(
     rig: &Rig,
     mut train: Vec<Recording>,
@@ -371,8 +372,17 @@ pub fn diagnose<E>(
     progress("checking the recordings");
     recording_set::sort(&mut train);
     let look = |recording: &Recording| inspect::inspect(rig, recording);
-    let inspections: Vec<Inspection> = train.iter().map(look).collect();
-    let faults = faults(&train, &inspections);
+    let held_out = in_order(read_held_out()?);
+    let inspections: Vec<Inspection> = train.iter().chain(&held_out).map(look).collect();
+    let mut faults = faults(train.iter().chain(&held_out), &inspections);
+    let given = rig;
+    let in_use = inspect::with_noise_in_use(rig, &inspections);
+    let rig = &in_use;
+    if faults.is_empty() && rig.valve.is_some() {
+        progress("whether gauges, wires and logger fit the rig");
+        let mistake = instruments::mistake(rig, &train);
+        faults.extend(mistake.map(|fault| (train[0].name.clone(), fault)));
+    }
     let (train, mut notes) = gaps::parted(rig, train);
     let recorded = |name: &str| {
         train
@@ -391,8 +401,8 @@ pub fn diagnose<E>(
         }
         scale::blame(&known, &mut laws);
     }
-    progress("reading the held-out recordings");
-    let (held_out, of_held_out) = gaps::parted(rig, in_order(read_held_out()?));
+    progress("predicting the held-out recordings");
+    let (held_out, of_held_out) = gaps::parted(rig, held_out);
     notes.extend(of_held_out);
     let mut heard = Cow::from(&held_out);
     for law in &mut laws {
@@ -416,9 +426,15 @@ pub fn diagnose<E>(
     let velocity = (faults.is_empty())
         .then(|| velocity(rig, &laws, &train))
         .flatten();
-    let improved_rig = assemble::improved_rig(rig, &laws);
+    let improved_rig = assemble::improved_rig(given, &laws);
     let mut verdict = assemble::verdict(rig, &laws, velocity.as_ref(), &faults, &train, &held_out);
-    notes.extend(inspect::noise_doubts(&inspections));
+    let mut doubts = inspect::noise_doubts(&inspections);
+    doubts.extend(remarks::at_bounds(&verdict.parameters));
+    notes.extend(doubts.iter().map(|doubt| doubt.says.clone()));
+    verdict.doubts = of_faults(&faults).chain(doubts).collect();
+    let lacks = needs::lacks(rig, &recorded);
+    notes.extend(lacks.iter().map(ToString::to_string));
+    verdict.assumed = needs::assumed(rig, &recorded);
     notes.extend(remarks::unrefitted(rig));
     notes.extend(remarks::stood_in(rig, &laws));
     notes.extend(remarks::strayed(rig, &laws, &verdict.parameters));
@@ -445,14 +461,26 @@ fn velocity(rig: &Rig, laws: &[LawDiagnosis], train: &[Recording]) -> Option<Loc
 }
 
 /// Faults of the recordings, with the name of the recording.
-fn faults(recordings: &[Recording], inspections: &[Inspection]) -> Vec<(String, Fault)> {
-    let of_each = recordings.iter().zip(inspections);
+fn faults<'r>(
+    recordings: impl Iterator<Item = &'r Recording>,
+    inspections: &[Inspection],
+) -> Vec<(String, Fault)> {
+    let of_each = recordings.zip(inspections);
     of_each
         .flat_map(|(recording, inspection)| {
             let named = |fault: &Fault| (recording.name.clone(), fault.clone());
             inspection.faults.iter().map(named)
         })
         .collect()
+}
+
+/// Faults as remarks on signals.
+fn of_faults(faults: &[(String, Fault)]) -> impl Iterator<Item = inspect::Doubt> {
+    faults.iter().map(|(recording, fault)| inspect::Doubt {
+        about: format!("signals.{}", fault.signal),
+        says: format!("{recording}: {}", fault.sentence),
+        p_value: None,
+    })
 }
 
 /// What a search of the effects brought, its models fitted to the end.

@@ -4,6 +4,7 @@ use super::candidates::voids;
 use super::strayed::{STRAYED, deviations};
 use super::verdict::Parameter;
 use super::{LawDiagnosis, words};
+use crate::inspect::Doubt;
 use crate::laws::Law;
 use crate::rig::Rig;
 use std::collections::BTreeMap;
@@ -32,6 +33,22 @@ pub(super) fn strayed(
         })
     };
     bound.filter_map(note).collect()
+}
+
+/// Numbers that ended at the bound of what they may be.
+pub(super) fn at_bounds(parameters: &BTreeMap<String, Parameter>) -> Vec<Doubt> {
+    let at_bound = parameters
+        .iter()
+        .filter(|(_, parameter)| parameter.at_bound);
+    let doubt = |(key, parameter): (&String, &Parameter)| Doubt {
+        about: key.clone(),
+        says: format!(
+            "{key}: the fit ended at the bound of what this number may be, {}; the model may lack something that it stands in for",
+            words::digits(parameter.improved.unwrap_or(f64::NAN))
+        ),
+        p_value: None,
+    };
+    at_bound.map(doubt).collect()
 }
 
 /// Numbers that stood in for an effect that was named.
@@ -116,6 +133,7 @@ mod tests {
                 refitted: Some(found),
                 improved: Some(found),
                 std: Some(0.1),
+                at_bound: false,
             };
             strayed(&rig, &[], &BTreeMap::from([(key.to_owned(), parameter)]))
         };

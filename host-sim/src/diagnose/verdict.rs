@@ -1,5 +1,7 @@
 //! The verdict file, as `contracts/verdict.md` lays it down.
 
+use crate::inspect::Doubt;
+use crate::laws::needs::Assumed;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -154,6 +156,9 @@ pub struct Parameter {
     pub improved: Option<f64>,
     /// Standard deviation of the last.
     pub std: Option<f64>,
+    /// Whether the last ended at the bound of what the number may be: the model may lack
+    /// something else.
+    pub at_bound: bool,
 }
 
 /// A missing term that no effect of the list explains.
@@ -202,6 +207,10 @@ pub struct Verdict {
     pub parameters: BTreeMap<String, Parameter>,
     /// Remarks a reader should know.
     pub notes: Vec<String>,
+    /// Numbers that the rig does not state and a law used.
+    pub assumed: Vec<Assumed>,
+    /// Remarks on data and rig that were tested, held-out recordings included.
+    pub doubts: Vec<Doubt>,
     /// Work done, as seconds of a reference core: the same from run to run.
     pub seconds: f64,
 }

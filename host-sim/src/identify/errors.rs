@@ -22,15 +22,23 @@ pub fn residuals_as_given(
     let mut bench = Bench::new(law, rig, tracks);
     bench.ordinary = own.to_vec();
     let fitted: Fitted = baseline(&bench)?;
-    Some(bench.residuals_of(&fitted))
+    let residuals = bench.residuals_of(&fitted);
+    is_finite(law, &residuals).then_some(residuals)
 }
 
-/// RMS over all finite residuals of one output.
+/// Whether a law predicts every row that it does not leave out on purpose. One that does not
+/// has failed, and what is left of its rows says nothing.
+pub fn is_finite(law: Law, residuals: &Residuals) -> bool {
+    let mut all = residuals.iter().flatten().flatten();
+    all.all(|residual| residual.is_finite() || law.leaves_out(*residual))
+}
+
+/// RMS over the residuals of one output; rows that a law leaves out on purpose do not count.
 pub fn rms(columns: &[Vec<f64>]) -> f64 {
     let (sum, count) = columns
         .iter()
         .flatten()
-        .filter(|residual| residual.is_finite())
+        .filter(|residual| !residual.is_nan())
         .fold((0.0, 0_usize), |(sum, count), r| (sum + r * r, count + 1));
     (sum / count.max(1) as f64).sqrt()
 }

@@ -31,7 +31,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-pub use errors::{BeforeAfter, OwnUnit, Residuals, SignalError, own_unit, residuals_as_given, rms};
+pub use errors::{
+    BeforeAfter, OwnUnit, Residuals, SignalError, is_finite, own_unit, residuals_as_given, rms,
+};
 pub use free::{FreeRequest, free_parameters};
 
 use crate::diagnose::fitted::{Bench, correlation_length};
@@ -42,7 +44,7 @@ use crate::fit::{
 };
 use crate::laws::{Law, Track};
 use crate::rig::{Rig, ValveTable};
-use crate::text::rounded;
+use crate::text::{plain, rounded};
 
 /// Passes in which the weights follow the residuals; the last one counts their
 /// correlation in as well.
@@ -116,6 +118,39 @@ pub struct LawFit {
 
 fn law_title<S: serde::Serializer>(law: &Law, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(law.title())
+}
+
+/// A held-out error that grows by less than this part is what estimating the initial states
+/// moves.
+const WORSE: f64 = 1.02;
+
+impl LawFit {
+    /// Why the fit is not to be trusted, a line each; none for a sound one.
+    pub fn faults(&self) -> Vec<String> {
+        let title = self.law.title();
+        let mut faults = Vec::new();
+        if !self.converged {
+            faults.push(format!("{title}: {}", self.stopped));
+        }
+        for error in &self.errors {
+            let held_out = error.held_out.map(|error| (error.before, error.after));
+            let Some((Some(before), after)) = held_out else {
+                continue;
+            };
+            // An error under the sensor's noise is none.
+            let after = after.unwrap_or(f64::INFINITY);
+            if after > WORSE * before.max(error.noise) {
+                faults.push(format!(
+                    "{title}: {} of the held-out recordings is predicted worse with the fitted numbers, {} {unit} rms, than with those given, {} {unit}",
+                    error.signal,
+                    plain(after, 3),
+                    plain(before, 3),
+                    unit = error.unit
+                ));
+            }
+        }
+        faults
+    }
 }
 
 /// Residuals of a fit, by output, recording and row; `None` where there is no
@@ -262,6 +297,12 @@ fn solve_in_passes(
         runs = watched.runs;
         iterations += fit.iterations;
         let residuals = bench.residuals(&watched.problem, &fit.values);
+        if !is_finite(task.law, &residuals) {
+            return Err(format!(
+                "{}: the prediction is not finite with the fitted numbers; start nearer or bound them with --free KEY=START,LOWER..UPPER",
+                task.law.title()
+            ));
+        }
         if last {
             return Ok(Solved {
                 fit,

@@ -22,6 +22,7 @@ use super::contradictions::contradictions;
 use super::gauges;
 use super::held::held;
 use super::leaps::leaps;
+use super::smoothing::smoothed;
 use super::spikes::spikes;
 use super::statistics::{Run, as_float, ordinary_steps, path, quantile, runs};
 use super::{Excitation, SignalReport};
@@ -76,6 +77,8 @@ pub enum FaultKind {
     Spike,
     /// Sampled more slowly than the rows come, and repeated.
     Held,
+    /// Averaged over many rows by the logger.
+    Smoothed,
     /// Goes further from one row to the next than an axis can.
     Leap,
     /// At odds with another channel or with the rig.
@@ -127,7 +130,13 @@ pub(super) fn faults(
             None => faults.extend(channel.faults(excitation, rate_hz)),
         }
     }
-    faults.extend(leaps(recording, signals, &ordinary, rate_hz));
+    let is_held = |name: &str| {
+        let mut held = faults.iter().filter(|fault| fault.kind == FaultKind::Held);
+        held.any(|fault| fault.signal == name)
+    };
+    let sampled: Vec<&SignalReport> = signals.iter().filter(|one| !is_held(&one.name)).collect();
+    let leaps = leaps(recording, &sampled, &ordinary, rate_hz);
+    faults.extend(leaps);
     faults.extend(gauges::supply(rig, recording));
     faults.extend(contradictions(rig, recording, signals));
     faults
@@ -152,6 +161,9 @@ impl Channel<'_> {
             return vec![fault];
         }
         if let Some(fault) = held(self.recording, self.report, self.values, rate_hz) {
+            return vec![fault];
+        }
+        if let Some(fault) = smoothed(self.recording, self.report, self.values, rate_hz) {
             return vec![fault];
         }
         let spikes = spikes(self.recording, self.report, self.values, self.ordinary);

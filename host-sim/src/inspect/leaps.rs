@@ -29,7 +29,7 @@ const ACCOUNTED_FOR: f64 = 0.5;
 /// Rows in which the recording leaps.
 pub(super) fn leaps(
     recording: &Recording,
-    signals: &[SignalReport],
+    signals: &[&SignalReport],
     ordinary: &[bool],
     rate_hz: f64,
 ) -> Vec<Fault> {

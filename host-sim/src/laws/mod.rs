@@ -14,6 +14,7 @@ mod carriage_history;
 mod chambers;
 mod force;
 mod motion;
+pub mod needs;
 mod pressure_reading;
 
 use crate::model::Values;
@@ -120,8 +121,17 @@ pub enum Law {
 }
 
 impl Law {
-    /// The laws that this rig describes and these signals drive.
+    /// The laws that run: this rig describes them, these signals drive them, and no number
+    /// that they need is missing (see [`needs::lacks`]).
     pub fn of(rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<Self> {
+        let described = Self::described(rig, has).into_iter();
+        described
+            .filter(|law| needs::lacks_of(*law, rig, has).is_empty())
+            .collect()
+    }
+
+    /// The laws that this rig has the sections of and these signals drive.
+    pub fn described(rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<Self> {
         let pressures = has("p_a") || has("p_b");
         let chambers = rig.chambers.is_some()
             && pressures
