@@ -184,8 +184,14 @@ impl ControlTask {
             State::Init | State::Idle => self.observe(&measured, None, sample.tick),
             State::Track => self.observe(&measured, Some(&sample.reference), sample.tick),
         };
-        let is_tracking = self.supervisor.state() == State::Track;
         let null_v = self.null_v();
+        if let (State::Track, Some(command_v)) = (self.supervisor.state(), asked) {
+            let dt_s = self.controller.axis().dt_s;
+            let time = (dt_s, sample.tick);
+            self.supervisor
+                .watch_command(&sample.reference, command_v - null_v, time);
+        }
+        let is_tracking = self.supervisor.state() == State::Track;
         let command_v = asked.filter(|_| is_tracking).unwrap_or(null_v);
         if !is_tracking {
             self.shaper.forget();

@@ -47,6 +47,8 @@ pub enum Fault {
     BrownOut = 18,
     /// The controller's result is no number.
     NotANumber = 19,
+    /// The command goes to and fro at a hold without an end.
+    LoopSwings = 20,
 }
 
 /// A fault that was seen, and where.
@@ -93,7 +95,7 @@ pub struct Description {
 const CHANNELS: &str = "channel: 0 position, 1 p_a, 2 p_b, 3 p_s, 4 velocity";
 
 /// All faults, in the order of their codes.
-pub const DESCRIPTIONS: [Description; 19] = [
+pub const DESCRIPTIONS: [Description; 20] = [
     Description {
         fault: Fault::FailedConversion,
         name: "failed conversion",
@@ -246,6 +248,15 @@ pub const DESCRIPTIONS: [Description; 19] = [
         seen: "the controller's command or estimate is not finite",
         detail: "0",
         remedy: "report it with the recording; acknowledging begins with a new observer",
+    },
+    Description {
+        fault: Fault::LoopSwings,
+        name: "loop swings",
+        seen: "while the reference stands still the command opens the valve by a tenth of its full \
+               opening, 40 times in a row one way and the other",
+        detail: "0",
+        remedy: "the axis answers later than the settings say: record it, `pneuma diagnose` names a \
+                 lagging gauge or tubes; or lower the gains in the rig's [controller]",
     },
 ];
 

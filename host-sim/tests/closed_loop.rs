@@ -340,3 +340,29 @@ fn val_what_cannot_be_used_is_one_line_and_status_2() {
         assert!(text.starts_with("error: "), "{text}");
     }
 }
+
+/// A gauge that lags by 5 ms, unknown to the controller, made the command swing by 4.4 V rms
+/// at a hold for ever.
+#[test]
+fn regress_a_loop_that_swings_at_a_hold_ends_with_the_valve_shut() {
+    let mut lagging = paper();
+    let lag = std::collections::BTreeMap::from([("time_constant_s".to_owned(), 5e-3)]);
+    lagging.effects.insert("pressure-sensor-lag".into(), lag);
+    let hold = |seconds| Segment::Hold { seconds };
+    let motion = Motion::new(
+        0.0,
+        Limits::BRISK,
+        &[hold(1.0), Segment::Move { to_m: 0.06 }, hold(10.0)],
+    );
+    let mut plant = Plant::new(&lagging, PlantSettings::at(0.0, 1)).expect("a plant");
+    let task = control_task(&paper()).expect("a controller");
+    let course = Course::whole(motion, PlantSettings::TICK_S);
+    let run = run(&mut plant, &mut HostController::new(task), &course).expect("a run");
+    let fault = run.first_fault().expect("it swings");
+    assert_eq!(
+        fault.command.fault,
+        firmware::fault::Fault::LoopSwings.code()
+    );
+    let last = run.rows.last().expect("rows");
+    assert!((valve_v(last.command.valve) - 5.0).abs() < 0.01);
+}

@@ -9,6 +9,7 @@
 //! | `force` | pressures against motion |
 //! | `pressure` | a chamber pressure that stands still and should not |
 //! | `stream` | missed samples, stale or impossible references |
+//! | `swing` | a command that goes to and fro at a hold without an end |
 //! | `sensors` | what is assumed of the sensors |
 //!
 //! ```text
@@ -32,6 +33,7 @@ mod range;
 mod sensors;
 mod step;
 mod stream;
+mod swing;
 mod travel;
 
 use crate::codes::AdcCodes;
@@ -43,10 +45,12 @@ use jump::{Jump, JumpState};
 use model_core::axis::Axis;
 use model_core::controller::Measurements;
 use model_core::real::Real;
+use model_core::reference::Reference;
 use pressure::{PressureState, Side};
 use range::Range;
 use step::Step;
 use stream::{Stream, StreamState};
+use swing::{Swing, SwingState};
 use travel::TravelState;
 
 /// Time for the observer to settle before anything is asked of the axis, s: two
@@ -60,6 +64,7 @@ struct Limits {
     range: Range,
     jump: Jump,
     stream: Stream,
+    swing: Swing,
     settle_ticks: u16,
 }
 
@@ -70,6 +75,7 @@ impl Limits {
             stream: Stream::new(axis, range.stroke_m, jump.most_volume_flow_m3_per_s),
             range,
             jump,
+            swing: Swing::new(axis),
             settle_ticks: settle_ticks(axis.dt_s),
         }
     }
@@ -92,6 +98,7 @@ struct Memory {
     travel: TravelState,
     force: ForceState,
     pressures: [PressureState; 2],
+    swing: SwingState,
 }
 
 /// Checks and state.
@@ -235,6 +242,20 @@ impl Supervisor {
         } else {
             State::Track
         };
+    }
+
+    /// Judges the command that a reference brought, `above_null_v` from the valve's null.
+    #[inline]
+    pub fn watch_command(
+        &mut self,
+        reference: &Reference<f32>,
+        above_null_v: f32,
+        (dt_s, tick): (f32, u32),
+    ) {
+        let (limits, memory) = (&self.limits.swing, &mut self.memory.swing);
+        if let Some(finding) = limits.check(memory, reference, above_null_v, dt_s) {
+            self.trip(finding, tick);
+        }
     }
 
     /// Remembers where the spool was while what arrives in the chambers until the next tick

@@ -49,11 +49,13 @@ enum Undo {
     Earlier { rows: usize },
 }
 
-/// The mistake that reconciles the recordings with the rig, as a fault of the first of them.
-pub(super) fn mistake(rig: &Rig, train: &[Recording]) -> Option<Fault> {
+/// The mistake that reconciles the recordings with the rig, as a fault of the one that it was
+/// tried on, with its name.
+pub(super) fn mistake(rig: &Rig, train: &[Recording]) -> Option<(String, Fault)> {
     let tried = train.iter().min_by_key(|recording| recording.len())?;
+    let row_s = crate::laws::median_step_s(&tried.time_s);
     let before = missed(rig, tried).filter(|missed| missed.is_plain)?;
-    let mistakes: Vec<Mistake> = mistakes(rig)
+    let mistakes: Vec<Mistake> = mistakes(rig, row_s)
         .into_iter()
         .filter(|mistake| {
             mistake
@@ -71,29 +73,24 @@ pub(super) fn mistake(rig: &Rig, train: &[Recording]) -> Option<Fault> {
     order.sort_by(|one, other| left[*one].total_cmp(&left[*other]));
     let best = *order.first()?;
     // Neighbouring shifts of one signal, and a live zero over another range, are no rivals.
-    let is_rival = |other: &&usize| mistakes[**other].what_kind() != mistakes[best].what_kind();
+    let is_rival = |other: &&usize| mistakes[**other].kind() != mistakes[best].kind();
     let rival = order
         .iter()
         .find(is_rival)
         .map_or(f64::INFINITY, |other| left[*other]);
-    if std::env::var_os("PNEUMA_TRIALS").is_some() {
-        eprintln!("excess {:.3e}", before.excess);
-        for &place in order.iter().take(6) {
-            eprintln!("  {:.4} {}", left[place], mistakes[place].what);
-        }
-    }
     (left[best] < LEFT && rival > RIVAL * left[best]).then(|| {
         let said = format!(
-            "{}: with that undone the refitted model misses {:.0} % less of the chamber pressures",
+            "{}; with that corrected the refitted model misses {:.1} % less of the chamber pressures",
             mistakes[best].what,
             100.0 * (1.0 - left[best])
         );
-        whole(tried, mistakes[best].signals[0], &said)
+        let fault = whole(tried, mistakes[best].signals[0], &said);
+        (tried.name.clone(), fault)
     })
 }
 
 impl Mistake {
-    fn what_kind(&self) -> (u8, &'static [&'static str]) {
+    fn kind(&self) -> (u8, &'static [&'static str]) {
         let kind = match self.undo {
             Undo::Affine { gain, .. } if gain > 1.0 => 0,
             Undo::Affine { gain, .. } if gain < 1.0 => 1,
@@ -132,8 +129,8 @@ impl Mistake {
     }
 }
 
-/// The mistakes that are tried.
-fn mistakes(rig: &Rig) -> Vec<Mistake> {
+/// The mistakes that are tried, each a clause behind the first signal's name.
+fn mistakes(rig: &Rig, row_s: f64) -> Vec<Mistake> {
     const GAUGES: [&[&str]; 5] = [
         &["p_a", "p_b", "p_s"],
         &["p_a", "p_b"],
@@ -143,67 +140,59 @@ fn mistakes(rig: &Rig) -> Vec<Mistake> {
     ];
     let ambient = rig.value("environment.pressure_Pa");
     let ambient_pa = ambient.unwrap_or(STANDARD_PRESSURE_PA);
-    let mut all = Vec::new();
-    for signals in GAUGES {
-        let names = names(signals);
-        let mut add = |what: String, gain: f64, offset_pa: f64| {
-            all.push(Mistake {
-                signals,
-                what,
-                undo: Undo::Affine { gain, offset_pa },
-            });
-        };
-        add(
-            format!(
-                "{names}: gauge pressure seems to be declared as absolute, off by -{:.2} bar",
-                ambient_pa / BAR_PA
-            ),
-            1.0,
-            ambient_pa,
-        );
-        add(
-            format!(
-                "{names}: absolute pressure seems to be declared as gauge, off by +{:.2} bar",
-                ambient_pa / BAR_PA
-            ),
-            1.0,
-            -ambient_pa,
-        );
-        for full_scale_bar in FULL_SCALES_BAR {
-            let zero_pa = LIVE_ZERO * full_scale_bar * BAR_PA;
-            add(
-                format!(
-                    "{names}: 4 to 20 mA over {full_scale_bar} bar seem to be read as 0 to 20 mA (offset and gain)"
-                ),
-                1.0 / (1.0 - LIVE_ZERO),
-                -zero_pa / (1.0 - LIVE_ZERO),
-            );
-        }
-    }
+    let mut all: Vec<Mistake> = GAUGES
+        .into_iter()
+        .flat_map(|signals| of_gauges(signals, ambient_pa))
+        .collect();
     all.push(Mistake {
         signals: &["p_a", "p_b"],
-        what: "the gauges of chamber A and chamber B seem to be exchanged".into(),
+        what: "and p_b seem to be exchanged".into(),
         undo: Undo::Exchange,
     });
-    for rows in LATE_ROWS {
-        all.push(Mistake {
-            signals: &["u"],
-            what: format!(
-                "the command seems to be logged about {rows} rows late: the axis answers before it"
-            ),
-            undo: Undo::Earlier { rows },
-        });
-    }
+    all.extend(LATE_ROWS.map(|rows| Mistake {
+        signals: &["u"],
+        what: format!(
+            "seems to be logged about {:.2} ms late: the axis answers before it",
+            1e3 * row_s * rows as f64
+        ),
+        undo: Undo::Earlier { rows },
+    }));
     all
 }
 
-fn names(signals: &[&str]) -> String {
-    let name = |signal: &&str| match *signal {
-        "p_a" => "chamber A pressure",
-        "p_b" => "chamber B pressure",
-        _ => "supply pressure",
+/// What gauges are taken for.
+fn of_gauges(signals: &'static [&'static str], ambient_pa: f64) -> Vec<Mistake> {
+    let others = match signals {
+        [_, others @ ..] if !others.is_empty() => format!(", and so do {}", others.join(" and ")),
+        _ => String::new(),
     };
-    signals.iter().map(name).collect::<Vec<_>>().join(", ")
+    let mistake = |what: String, gain: f64, offset_pa: f64| Mistake {
+        signals,
+        what: what + &others,
+        undo: Undo::Affine { gain, offset_pa },
+    };
+    let off_by_bar = ambient_pa / BAR_PA;
+    let mut all = vec![
+        mistake(
+            format!("seems to be gauge pressure declared as absolute, off by -{off_by_bar:.2} bar"),
+            1.0,
+            ambient_pa,
+        ),
+        mistake(
+            format!("seems to be absolute pressure declared as gauge, off by +{off_by_bar:.2} bar"),
+            1.0,
+            -ambient_pa,
+        ),
+    ];
+    all.extend(FULL_SCALES_BAR.map(|full_scale_bar| {
+        let zero_pa = LIVE_ZERO * full_scale_bar * BAR_PA;
+        let gain = 1.0 / (1.0 - LIVE_ZERO);
+        let what = format!(
+            "seems to be 4 to 20 mA over {full_scale_bar} bar read as 0 to 20 mA: offset and gain are off"
+        );
+        mistake(what, gain, -gain * zero_pa)
+    }));
+    all
 }
 
 /// What the refitted chambers miss of a recording.
@@ -225,4 +214,67 @@ fn missed(rig: &Rig, recording: &Recording) -> Option<Missed> {
         excess,
         is_plain: bench.misses_plainly(&fitted),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::drawn;
+    use truth_plant::{Kind, Request, Strength};
+
+    const SEED: u64 = 7;
+
+    fn said(rig: &Rig, recordings: &[Recording]) -> Option<String> {
+        mistake(rig, recordings).map(|(_, fault)| fault.sentence)
+    }
+
+    /// A mistake of each kind, made in the recordings of a healthy axis, is named with its size.
+    #[test]
+    fn val_the_mistake_that_was_made_is_named() {
+        let (rig, recordings) = drawn::read(&Request::new(SEED, Kind::Nothing).with_noise(1.0));
+        let with = |change: &dyn Fn(&mut Recording)| {
+            let mut changed = recordings[..1].to_vec();
+            change(&mut changed[0]);
+            said(&rig, &changed).unwrap_or_default()
+        };
+        let shifted = |recording: &mut Recording, name: &str, gain: f64, offset_pa: f64| {
+            let column = recording.signals.get_mut(name).expect("recorded");
+            column
+                .iter_mut()
+                .for_each(|value| *value = gain * *value + offset_pa);
+        };
+        assert_eq!(said(&rig, &recordings), None);
+        let one_gauge = with(&|recording| shifted(recording, "p_b", 1.0, -101_325.0));
+        assert!(
+            one_gauge.contains("p_b seems to be gauge pressure declared as absolute"),
+            "{one_gauge}"
+        );
+        let live_zero = with(&|recording| shifted(recording, "p_a", 0.8, 2e5));
+        assert!(
+            live_zero.contains("p_a seems to be 4 to 20 mA over 10 bar"),
+            "{live_zero}"
+        );
+        let late = with(&|recording| {
+            let column = recording.signals.get_mut("u").expect("recorded");
+            column.rotate_right(4);
+        });
+        assert!(
+            late.contains("u seems to be logged about 4.00 ms late"),
+            "{late}"
+        );
+    }
+
+    /// What is physics is left to the search.
+    #[test]
+    fn val_no_effect_is_taken_for_a_mistake() {
+        for effect in [
+            "tube-line",
+            "spool-dynamics",
+            "valve-delay",
+            "pressure-sensor-lag",
+        ] {
+            let (rig, recordings) = drawn::of_kind(Kind::Single, SEED, Strength::Strong, effect);
+            assert_eq!(said(&rig, &recordings), None, "{effect}");
+        }
+    }
 }

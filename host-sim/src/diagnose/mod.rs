@@ -378,10 +378,9 @@ pub fn diagnose<E>(
     let given = rig;
     let in_use = inspect::with_noise_in_use(rig, &inspections);
     let rig = &in_use;
-    if faults.is_empty() && rig.valve.is_some() {
+    if faults.is_empty() && rig.cylinder.is_some() {
         progress("whether gauges, wires and logger fit the rig");
-        let mistake = instruments::mistake(rig, &train);
-        faults.extend(mistake.map(|fault| (train[0].name.clone(), fault)));
+        faults.extend(instruments::mistake(rig, &train));
     }
     let (train, mut notes) = gaps::parted(rig, train);
     let recorded = |name: &str| {
