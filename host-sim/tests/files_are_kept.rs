@@ -31,6 +31,24 @@ fn leak(start_bar: f64, seed: u32) -> String {
     rows
 }
 
+/// The same through a laminar gap: `p' = (ambient^2 - p^2) / k`.
+fn laminar(start_bar: f64, seed: u32) -> String {
+    const AMBIENT_BAR: f64 = 1.013_25;
+    const K_BAR_S: f64 = 8000.0;
+    let noisy = leak(0.0, seed);
+    let noise = noisy.lines().skip(1).map(|line| {
+        let (_, value) = line.split_once(',').expect("two cells");
+        value.parse::<f64>().expect("a number")
+    });
+    let mut absolute_bar = start_bar + AMBIENT_BAR;
+    let mut rows = String::from("time_s,pressure_bar_gauge\n");
+    for (row, noise) in noise.enumerate() {
+        rows.push_str(&format!("{row},{:.4}\n", absolute_bar - AMBIENT_BAR + noise));
+        absolute_bar += (AMBIENT_BAR.powi(2) - absolute_bar.powi(2)) / K_BAR_S;
+    }
+    rows
+}
+
 /// A folder with a rig and two recordings.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
@@ -230,7 +248,13 @@ fn val_rows_given_twice_are_refused_by_their_content() {
 fn prop_the_order_of_recordings_changes_no_byte() {
     let folder = folder();
     let root = folder.path();
-    fs::write(root.join("c.csv"), leak(3.0, 3)).expect("written");
+    // A declared leak that fits: nothing is searched for.
+    let rig = fs::read_to_string(root.join("rig.toml")).expect("read");
+    let rig = rig + "\n[effects.chamber-leakage]\nlaminar_a_kg_s_Pa2 = 1.0e-16\n[uncertainty]\n\"effects.chamber-leakage.laminar_a_kg_s_Pa2\" = 3.0\n";
+    fs::write(root.join("rig.toml"), rig).expect("written");
+    for (name, start_bar, seed) in [("a.csv", 5.0, 1), ("b.csv", 4.0, 2), ("c.csv", 3.0, 3)] {
+        fs::write(root.join(name), laminar(start_bar, seed)).expect("written");
+    }
     let verdict = |order: [&str; 2], name: &str| {
         let given = [
             "diagnose",
