@@ -292,7 +292,9 @@ impl<'s> Search<'s> {
         let complete = texts.iter().position(|(_, names)| names.len() == columns);
         match complete {
             Some(place) => Some(texts.swap_remove(place)),
-            None => texts.pop(),
+            // The names that are asked for are in no line: list those that there are.
+            None if !self.names.is_empty() => texts.pop(),
+            None => None,
         }
     }
 
@@ -325,13 +327,14 @@ impl<'s> Search<'s> {
     /// The separator of most rows.
     fn common_separator(&mut self, lines: &[&Line]) -> Option<Separator> {
         let mut counts = [0_usize; Separator::ALL.len()];
-        let mut sampled = 0;
         for line in lines {
             let separator = self.separator_of(&line.bytes);
-            if sampled < SAMPLED_ROWS && self.is_row(line, separator) {
+            if self.is_row(line, separator) {
                 let place = Separator::ALL.iter().position(|one| *one == separator);
                 counts[place.unwrap_or_default()] += 1;
-                sampled += 1;
+            }
+            if counts.iter().sum::<usize>() == SAMPLED_ROWS {
+                break;
             }
         }
         let all = Separator::ALL.into_iter().zip(counts);

@@ -8,9 +8,11 @@ use super::error::{TABLE, error};
 /// A longer line is no table: a binary file, or one without line ends.
 const LONGEST_LINE_BYTES: usize = 1 << 20;
 /// Lines looked at to decide the layout: past any preamble.
-const HEAD_LINES: usize = 200;
+const HEAD_LINES: usize = 1000;
 /// The characters that start a comment line.
 const COMMENT: [u8; 2] = [b'#', b'%'];
+/// Lines over which the cells of a header may go: spreadsheets break long names.
+const HEADER_LINES: usize = 8;
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// A line without its line end.
@@ -119,6 +121,31 @@ impl<'n, R: BufRead> Lines<'n, R> {
             bytes += line.bytes.len();
             head.push(line.clone());
         }
-        Ok(head)
+        Ok(joined(head))
     }
+}
+
+/// The lines, those joined between which a quote is open.
+fn joined(lines: Vec<Line>) -> Vec<Line> {
+    let mut joined: Vec<Line> = Vec::with_capacity(lines.len());
+    let mut rest = lines.into_iter();
+    while let Some(mut line) = rest.next() {
+        let mut following = rest.as_slice().iter().take(HEADER_LINES);
+        let closes = has_open_quote(&line.bytes)
+            .then(|| following.position(|next| has_open_quote(&next.bytes)));
+        for next in rest
+            .by_ref()
+            .take(closes.flatten().map_or(0, |place| place + 1))
+        {
+            line.bytes.push(b' ');
+            line.bytes.extend(next.bytes);
+            line.terminated = next.terminated;
+        }
+        joined.push(line);
+    }
+    joined
+}
+
+fn has_open_quote(text: &[u8]) -> bool {
+    text.iter().filter(|byte| **byte == b'"').count() % 2 == 1
 }

@@ -10,10 +10,16 @@ use crate::text::one_line;
 /// 9.91E37 not a number); nothing measured comes near.
 const OVERRANGE: f64 = 9.9e37;
 
+/// The sign that word processors and some spreadsheets write for a minus.
+const TYPOGRAPHIC_MINUS: char = '\u{2212}';
+
 /// How loggers and spreadsheets write "no value", in lower case.
 const NO_VALUE: [&str; 13] = [
     "", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "#nv", "null", "none", "-", "--", "1.#qnan",
 ];
+
+/// Of [`NO_VALUE`]: most cells are longer and need no comparison.
+const LONGEST_WORD: usize = 7;
 
 /// What is wrong with a cell, and what was expected.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,6 +86,9 @@ impl Numbers {
         if is_no_value(text) {
             return Ok(None);
         }
+        if let Some(magnitude) = text.strip_prefix(TYPOGRAPHIC_MINUS) {
+            return self.read(format!("-{magnitude}").as_bytes());
+        }
         if self.mark.is_none() && shown_mark(text) == Some(Mark::Comma) {
             self.mark = Some(Mark::Comma);
             return self.read(text.as_bytes());
@@ -143,11 +152,8 @@ pub(super) fn is_number(text: &str) -> bool {
 
 /// Whether a cell says that there is no value.
 pub(super) fn is_no_value(text: &str) -> bool {
-    let longest = NO_VALUE.iter().map(|word| word.len()).max();
-    Some(text.len()) <= longest && {
-        let lower = text.to_ascii_lowercase();
-        lower.starts_with("-nan(") || NO_VALUE.contains(&lower.as_str())
-    }
+    let word = text.split('(').next().unwrap_or(text);
+    word.len() <= LONGEST_WORD && NO_VALUE.contains(&word.to_ascii_lowercase().as_str())
 }
 
 /// The decimal mark that a number shows beyond doubt.

@@ -7,8 +7,8 @@
 use super::error::{TABLE, error};
 use super::fields::Splitter;
 use super::layout::{Layout, TextRow, bare};
-use super::lines::Line;
-use super::number::{CellFault, Mark, Numbers, is_number};
+use super::lines::{Line, text_of};
+use super::number::{CellFault, Mark, Numbers};
 use super::time::TimeColumn;
 use super::{MAXIMUM_ROWS, Recording, RecordingError};
 use crate::rig::{Column, Signal, Signals};
@@ -76,7 +76,8 @@ impl Blanks {
     /// True for a channel of another rate: values here and there, and nothing between.
     fn is_sparse(&self, rows: usize) -> bool {
         let values = (rows - self.count) as f64;
-        self.count as f64 > SPARSE_SHARE * rows as f64 && values <= LONELY_VALUES * self.runs as f64
+        let lonely = self.runs > 1 && values <= LONELY_VALUES * self.runs as f64;
+        values == 0.0 || lonely && self.count as f64 > SPARSE_SHARE * rows as f64
     }
 }
 
@@ -169,6 +170,9 @@ impl<'s> Table<'s> {
         let columns = self.channels.iter().map(|channel| channel.column);
         let columns: Vec<usize> = columns.chain([self.time_column]).collect();
         for line in head {
+            if self.numbers.mark().is_some() {
+                break;
+            }
             if !self.is_row(line) || !splitter.split(&line.bytes) {
                 continue;
             }
@@ -307,12 +311,14 @@ impl<'s> Table<'s> {
             return Err(error(self.file, number, problem, expected));
         }
         let problem = format!("the row has {found} fields");
-        let commas = if found == 2 * columns {
-            " (decimal commas?)"
+        let hint = if found == 2 * columns {
+            " (decimal commas? export with semicolons or tabs between the columns)"
+        } else if found == 1 {
+            "; delete the line or mark it as a comment (#)"
         } else {
             ""
         };
-        let expected = format!("{columns} as in the {}{commas}", self.length_origin());
+        let expected = format!("{columns} as in the {}{hint}", self.length_origin());
         Err(error(self.file, number, problem, expected))
     }
 
@@ -349,11 +355,11 @@ impl<'s> Table<'s> {
     }
 
     fn is_header(&self, row: &Row) -> bool {
-        let cells = || row.fields.fields().map(String::from_utf8_lossy);
-        match &self.layout.names {
-            Some(names) => cells().zip(names).all(|(cell, name)| bare(&cell) == name),
-            None => cells().all(|cell| !cell.is_empty() && !is_number(&cell)) && self.rows > 1,
-        }
+        let Some(names) = &self.layout.names else {
+            return false;
+        };
+        let mut cells = row.fields.fields().zip(names);
+        cells.all(|(cell, name)| bare(&text_of(cell)) == name)
     }
 
     fn column_error(&self, line: u32, column: usize, fault: CellFault) -> RecordingError {
@@ -363,7 +369,7 @@ impl<'s> Table<'s> {
         }
     }
 
-    pub(super) fn finish(mut self) -> Result<Recording, RecordingError> {
+    pub(super) fn finish(self) -> Result<Recording, RecordingError> {
         if self.rows == 0 {
             let line = self.layout.header_line;
             return Err(error(self.file, line, "holds a header but no rows", TABLE));
@@ -404,14 +410,14 @@ impl<'s> Table<'s> {
             return Ok(());
         };
         let values = self.rows - channel.blanks.count;
-        let every = self.rows as f64 / values.max(1) as f64;
-        let problem = format!(
-            "{} no value in most rows: {values} values in {} rows, about each {}th{}",
-            if columns.len() == 1 { "has" } else { "have" },
-            self.rows,
-            plain(every, 3),
-            self.rates(every)
-        );
+        let problem = match values {
+            0 => "no value in any row".into(),
+            _ => format!(
+                "values in {values} of {} rows{}",
+                self.rows,
+                self.rates(values)
+            ),
+        };
         Err(RecordingError {
             column: Some(columns.join(", ")),
             ..error(
@@ -423,28 +429,34 @@ impl<'s> Table<'s> {
         })
     }
 
-    /// The rates of rows and of a column that has a value in every so many of them.
-    fn rates(&self, every: f64) -> String {
-        match (self.time.values.first(), self.time.values.last()) {
+    /// The rates of the rows and of a column that has so many values.
+    fn rates(&self, values: usize) -> String {
+        let times = &self.time.values;
+        match (times.first(), times.last()) {
             (Some(first), Some(last)) if last > first => {
-                let kept = (self.line.len() - 1) as f64;
-                let rate = kept / (last - first);
-                format!(" ({} Hz of {} Hz)", plain(rate, 3), plain(rate * every, 3))
+                let complete_hz = (times.len() - 1) as f64 / (last - first);
+                let per_complete = 1.0 / times.len() as f64;
+                let rate = |count: usize| plain(complete_hz * count as f64 * per_complete, 3);
+                format!(
+                    " ({} Hz in a table of {} Hz)",
+                    rate(values),
+                    rate(self.rows)
+                )
             }
             _ => String::new(),
         }
     }
 
     fn check_stamps(&self) -> Result<(), RecordingError> {
-        let duplicates = self.duplicates.count as f64;
         if let Some((line, fault)) = self.time.repeats() {
             return Err(self.column_error(line, self.time_column, fault));
         }
-        if duplicates > DUPLICATE_SHARE * self.rows as f64 && duplicates > 1.0 {
+        let duplicates = self.duplicates.count;
+        if duplicates > 1 && duplicates as f64 > DUPLICATE_SHARE * self.rows as f64 {
             let fault = CellFault {
                 problem: format!(
-                    "the row repeats the one before with its time, as do {} of {} rows",
-                    self.duplicates.count, self.rows
+                    "the row repeats the one before with its time, as do {duplicates} of {} rows",
+                    self.rows
                 ),
                 expected: "each row once, with a time of its own".into(),
             };
@@ -455,7 +467,7 @@ impl<'s> Table<'s> {
     }
 
     /// What was decided or left out on reading.
-    fn remarks(&mut self) -> Vec<String> {
+    fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if let Some((first, last)) = self.layout.preamble {
             let begin = self.layout.header_line.unwrap_or(self.layout.first_row);
@@ -465,7 +477,7 @@ impl<'s> Table<'s> {
             ));
         }
         remarks.extend(self.layout.text_rows.iter().map(|row| {
-            let kind = if self.used_units(row).1 > 0 {
+            let kind = if self.holds_units(row) {
                 "units, which agree with the rig"
             } else {
                 "text under the header, not read"
@@ -475,7 +487,7 @@ impl<'s> Table<'s> {
         if let Some(line) = self.comma_line {
             remarks.push(format!("the decimal mark is a comma (from line {line})"));
         }
-        remarks.append(&mut self.time.remarks);
+        remarks.extend(self.time.remarks());
         remarks.extend(self.incomplete_remark());
         if self.duplicates.count > 0 {
             remarks.push(format!(
@@ -515,18 +527,13 @@ impl<'s> Table<'s> {
         })
     }
 
-    /// Of the used columns' cells in a row of text: filled ones, and those that are units.
-    fn used_units(&self, row: &TextRow) -> (usize, usize) {
+    /// Whether a line of text holds units of the columns that are read.
+    fn holds_units(&self, row: &TextRow) -> bool {
         let columns = self.channels.iter().map(|channel| channel.column);
-        let cells = columns.chain([self.time_column]);
-        let cells = cells.filter_map(|column| row.cells.get(column));
-        let filled = || cells.clone().filter(|cell| !cell.is_empty());
-        (
-            filled().count(),
-            filled()
-                .filter(|cell| Written::read(cell).is_some())
-                .count(),
-        )
+        let mut cells = columns
+            .chain([self.time_column])
+            .filter_map(|column| row.cells.get(column));
+        cells.any(|cell| Written::read(cell).is_some())
     }
 
     fn unused_columns(&self) -> Vec<String> {

@@ -17,7 +17,8 @@ use jiff::civil::Date;
 
 use super::number::{CellFault, Numbers, is_no_value};
 use crate::rig::Signal;
-use crate::text::one_line;
+use crate::text::{one_line, plain};
+use crate::units::Unit;
 
 /// Numbers from here on are instants since an epoch: three years is no recording.
 const EPOCH_FROM_S: f64 = 1e8;
@@ -34,6 +35,8 @@ const STEP_MARGIN: f64 = 0.01;
 const WRAP_SHARE: f64 = 0.01;
 /// Up to this share of repeated stamps is a slip of the logger; more is its clock.
 const FEW_REPEATS: f64 = 0.01;
+/// Steps of recordings; outside of them the unit is doubted.
+const USUAL_STEPS_S: RangeInclusive<f64> = 1e-6..=100.0;
 /// A time this close to the first one, as a share of the time since, starts another run.
 const NEXT_RUN_SHARE: f64 = 0.01;
 
@@ -74,13 +77,15 @@ pub(super) struct TimeColumn<'s> {
     wrapped: f64,
     /// Added to clock times: whole periods of the clock.
     turned: i128,
+    /// Line of the first wrap, what wrapped there, and how often it did.
+    wraps: Option<(u32, &'static str, usize)>,
     last_recorded: f64,
     /// Line of the first repeated stamp, the line that it repeats.
     repeated: Option<(u32, u32)>,
     repeats: usize,
     /// Time of the rows, s.
     pub values: Vec<f64>,
-    pub remarks: Vec<String>,
+    origin: Option<String>,
 }
 
 impl<'s> TimeColumn<'s> {
@@ -90,11 +95,12 @@ impl<'s> TimeColumn<'s> {
             kind: None,
             wrapped: 0.0,
             turned: 0,
+            wraps: None,
             last_recorded: 0.0,
             repeated: None,
             repeats: 0,
             values: Vec::with_capacity(rows),
-            remarks: Vec::new(),
+            origin: None,
         }
     }
 
@@ -149,8 +155,7 @@ impl<'s> TimeColumn<'s> {
                     return Err(self.wrong_unit(first));
                 } else {
                     let exact = Exact::of(text);
-                    let origin = format!("{shown} {}", self.signal.unit);
-                    (Kind::Epoch { first, exact }, Some(origin))
+                    (Kind::Epoch { first, exact }, Some(shown))
                 }
             }
             Err(fault) => {
@@ -169,17 +174,14 @@ impl<'s> TimeColumn<'s> {
                 (kind, Some(shown))
             }
         };
-        if let Some(origin) = origin {
-            self.remarks
-                .push(format!("time counts from {origin} (line {line})"));
-        }
+        self.origin = origin.map(|origin| format!("time counts from {origin} (line {line})"));
         self.kind = Some(kind);
         Ok(kind)
     }
 
     fn wrong_unit(&self, recorded: f64) -> CellFault {
         let fits = |unit: &&str| {
-            let factor = crate::units::Unit::parse(unit).map_or(0.0, |unit| unit.factor());
+            let factor = Unit::parse(unit).map_or(0.0, |unit| unit.factor());
             (EPOCH_FROM_S..EPOCH_TO_S).contains(&(recorded.abs() * factor))
         };
         let unit = ["ms", "us", "ns"].into_iter().find(fits);
@@ -217,9 +219,7 @@ impl<'s> TimeColumn<'s> {
             let time_s = self.signal.to_si(recorded + self.wrapped + period, 0.0);
             if usual.contains(&(time_s - last_s)) {
                 self.wrapped += period;
-                self.remarks.push(format!(
-                    "the time wraps (a {name}): {period} is added from line {line} on"
-                ));
+                self.note_wrap(line, name);
                 return Ok(Some(time_s));
             }
         }
@@ -267,14 +267,44 @@ impl<'s> TimeColumn<'s> {
             self.turned += period;
             time_s = self.since(since_first + self.turned);
             let name = if period == DAY {
-                "midnight"
+                "clock at midnight"
             } else {
-                "the hour"
+                "clock at the full hour"
             };
-            self.remarks
-                .push(format!("the clock passes {name} at line {line}"));
+            self.note_wrap(line, name);
         }
         Ok(Some(time_s))
+    }
+
+    fn note_wrap(&mut self, line: u32, name: &'static str) {
+        let (_, _, count) = self.wraps.get_or_insert((line, name, 0));
+        *count += 1;
+    }
+
+    /// What was decided on the times.
+    pub(super) fn remarks(&self) -> Vec<String> {
+        let mut remarks: Vec<String> = self.origin.iter().cloned().collect();
+        if let Some((line, name, count)) = self.wraps {
+            let times = if count > 1 {
+                format!(", the first of {count} times")
+            } else {
+                String::new()
+            };
+            remarks.push(format!(
+                "the time wraps (a {name}) at line {line}{times}: unwrapped"
+            ));
+        }
+        let (first_s, last_s) = (self.values.first(), self.values.last());
+        let span_s = last_s
+            .zip(first_s)
+            .map_or(0.0, |(last, first)| last - first);
+        let step_s = span_s / (self.values.len() as f64 - 1.0);
+        if self.values.len() > 1 && !USUAL_STEPS_S.contains(&step_s) {
+            remarks.push(format!(
+                "rows are {step_s:.2e} s apart on average: is the unit of the time right?"
+            ));
+        }
+        remarks
     }
 
     /// Nanoseconds as the rig scales the column, s.
@@ -319,24 +349,30 @@ impl<'s> TimeColumn<'s> {
         let mean_s = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
         steps.retain(|step| *step > 0.0);
         steps.sort_by(f64::total_cmp);
-        let few = (self.repeats as f64) <= FEW_REPEATS * rows as f64;
         let problem = format!("the time repeats that of line {last_line}");
-        let fault = match steps.get(steps.len() / 2) {
-            Some(tick_s) if !few => CellFault {
-                problem: format!(
-                    "{problem}, as in {} of {rows} rows: the clock ticks each {} ms",
-                    self.repeats,
-                    crate::text::plain(tick_s * 1e3, 5)
-                ),
-                expected: format!(
-                    "a stamp of its own for each row: log a finer clock, or number the rows by the sampling rate ({} Hz on average)",
-                    crate::text::plain(1.0 / mean_s, 5)
-                ),
-            },
-            _ => CellFault {
+        let fault = if (self.repeats as f64) <= FEW_REPEATS * rows as f64 {
+            CellFault {
                 problem: format!("{problem}, with other values"),
                 expected: "strictly increasing time; delete one of the rows".into(),
-            },
+            }
+        } else {
+            let tick = steps.get(steps.len() / 2).map(|tick_s| {
+                let ms = plain(tick_s * 1e3, 4);
+                format!(": the clock ticks each {ms} ms")
+            });
+            let rate =
+                (mean_s > 0.0).then(|| format!(" ({} Hz on average)", plain(1.0 / mean_s, 4)));
+            CellFault {
+                problem: format!(
+                    "{problem}, as in {} of {rows} rows{}",
+                    self.repeats,
+                    tick.unwrap_or_default()
+                ),
+                expected: format!(
+                    "a time of its own for each row: log a finer clock, or number the rows by the sampling rate{}",
+                    rate.unwrap_or_default()
+                ),
+            }
         };
         Some((line, fault))
     }
