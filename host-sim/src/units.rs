@@ -343,6 +343,11 @@ impl Written {
         })
     }
 
+    /// Whether both measure the same kind of quantity.
+    pub(crate) fn measures_as(&self, rig: &Unit) -> bool {
+        self.unit.dimension == rig.dimension
+    }
+
     /// Whether it cannot be the rig's unit. A rig that scales may start from another unit (volts
     /// of a sensor), or have the factor between two units as its scale.
     pub(crate) fn contradicts(&self, rig: &Unit, scale: Option<f64>) -> bool {

@@ -608,6 +608,19 @@ fn val_text_under_the_header() {
 }
 
 #[test]
+fn val_a_unit_in_a_name_that_is_not_the_rig_s_is_said() {
+    let text = "format = \"rig/1\"\n[signals]\nt = { column = \"t (ms)\", unit = \"s\" }\n\
+                x = { column = \"x [m]\", unit = \"m\" }\n\
+                p_a = { column = \"p (in)\", unit = \"bar(g)\" }\n";
+    let rig = Rig::parse(text, "rig.toml").expect("a rig");
+    let recording = read_as(&rig, b"t (ms),x [m],p (in)\n0,0,1\n1,0,2\n").expect("a recording");
+    assert_eq!(
+        recording.remarks,
+        ["column \"t (ms)\": its name says ms, the rig s"]
+    );
+}
+
+#[test]
 fn val_rows_are_no_preamble() {
     let line = refused(&format!("{ROWS}t,x,force\n{ROWS}"));
     assert!(
@@ -666,7 +679,7 @@ const ODD: &[(&str, &str)] = &[
     ),
     (
         "t,x,force\n0,1,2\n1,1,2\nThe end\n",
-        "run.csv:4: the row has 1 fields, expected 3 as in the header; delete the line",
+        "run.csv:4: the row has 1 fields, expected 3 as in the header; is it a message? delete the line",
     ),
     (
         "t,x,force\n1772442751250,1,2\n",
@@ -691,6 +704,14 @@ const ODD: &[(&str, &str)] = &[
     (
         "t,x,force\n0,1,\n1,,2\n2,1,\n3,,2\n",
         "run.csv:2: column \"force\", \"x\": values in 2 of 4 rows",
+    ),
+    (
+        "t;x;force\n0;1,5;658 556,0\n",
+        "run.csv:2: column \"force\": \"658 556,0\" has a thousands separator",
+    ),
+    (
+        "t,x,force\n0,1,2\n2,2,3\n1,1,2\n",
+        "run.csv:4: column \"t\": time 1 s runs backward from line 3 (2 s), expected strictly increasing time; sort the rows by time",
     ),
     (
         "PK\u{3}\u{4}",

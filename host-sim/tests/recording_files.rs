@@ -127,7 +127,7 @@ const BAD: &[(&[u8], bool, &str)] = &[
     (
         b"t,\"p, left\"\n1,2\n2\n3,4\n",
         true,
-        "run.csv:3: the row has 1 fields, expected 2 as in the header; delete the line or mark it as a comment (#)",
+        "run.csv:3: the row has 1 fields, expected 2 as in the header; is it a message? delete the line or mark it as a comment (#)",
     ),
     (
         b"t,\"p, left\"\n1,2\n2",
@@ -152,7 +152,7 @@ const BAD: &[(&[u8], bool, &str)] = &[
     (
         b"1,2\n\n3,3\n2,3\n",
         false,
-        "run.csv:4: column 0: time 0.002 s runs backward from line 3 (0.003 s), expected strictly increasing time",
+        "run.csv:4: column 0: time 0.002 s runs backward from line 3 (0.003 s), expected strictly increasing time; sort the rows by time",
     ),
     (
         b"1,2\n2,-200\n",

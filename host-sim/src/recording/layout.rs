@@ -9,7 +9,7 @@
 
 use super::fields::{Separator, Splitter};
 use super::lines::{Line, text_of};
-use super::number::{is_no_value, is_number};
+use super::number::{is_grouped, is_no_value, is_number};
 use super::time::is_time;
 use crate::rig::{Column, Signals};
 
@@ -448,5 +448,5 @@ fn is_mostly_text(names: &[String]) -> bool {
 fn is_several_numbers(field: &[u8]) -> bool {
     let text = text_of(field);
     let mut pieces = text.split_ascii_whitespace();
-    pieces.clone().count() > 1 && pieces.all(is_number)
+    pieces.clone().count() > 1 && pieces.all(is_number) && !is_grouped(&text)
 }

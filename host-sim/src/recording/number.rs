@@ -176,7 +176,7 @@ fn is_comma_number(text: &str) -> bool {
 
 /// Whether the digits before the decimals are grouped by threes: `444,568.0`, `1.234,5`,
 /// `12 345`, `1'234`, `444,568`.
-fn is_grouped(text: &str) -> bool {
+pub(super) fn is_grouped(text: &str) -> bool {
     const GROUPING: [char; 7] = [',', '.', ' ', '\'', '’', '\u{a0}', '\u{202f}'];
     let unsigned = text.trim_start_matches(['+', '-']);
     GROUPING.iter().any(|group| {

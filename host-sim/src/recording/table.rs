@@ -8,7 +8,7 @@ use super::error::{TABLE, error};
 use super::fields::Splitter;
 use super::layout::{Layout, TextRow, bare};
 use super::lines::{Line, text_of};
-use super::number::{CellFault, Mark, Numbers};
+use super::number::{CellFault, Mark, Numbers, is_number};
 use super::time::TimeColumn;
 use super::{MAXIMUM_ROWS, Recording, RecordingError};
 use crate::rig::{Column, Signal, Signals};
@@ -313,8 +313,8 @@ impl<'s> Table<'s> {
         let problem = format!("the row has {found} fields");
         let hint = if found == 2 * columns {
             " (decimal commas? export with semicolons or tabs between the columns)"
-        } else if found == 1 {
-            "; delete the line or mark it as a comment (#)"
+        } else if found == 1 || found < columns && !is_number(&text_of(row.cell(0))) {
+            "; is it a message? delete the line or mark it as a comment (#)"
         } else {
             ""
         };
@@ -484,6 +484,7 @@ impl<'s> Table<'s> {
             };
             format!("line {}: {kind}", row.line)
         }));
+        remarks.extend(self.unit_remarks());
         if let Some(line) = self.comma_line {
             remarks.push(format!("the decimal mark is a comma (from line {line})"));
         }
@@ -497,6 +498,30 @@ impl<'s> Table<'s> {
             ));
         }
         remarks
+    }
+
+    /// Units in the names of columns that are not those of the rig. A name may lie, so this
+    /// forbids nothing.
+    fn unit_remarks(&self) -> impl Iterator<Item = String> {
+        let columns = self
+            .channels
+            .iter()
+            .map(|channel| (channel.column, channel.signal));
+        columns
+            .chain([(self.time_column, self.time.signal)])
+            .filter_map(|(column, signal)| {
+                let name = self.layout.names.as_ref()?.get(column)?;
+                let (_, unit) = name.rsplit_once(['[', '('])?;
+                let written = Written::read(unit)?;
+                let unit = unit.trim_end_matches([']', ')']);
+                (written.measures_as(&signal.unit)
+                    && written.contradicts(&signal.unit, signal.scale))
+                .then(|| {
+                    let label = self.layout.label(column);
+                    let rig = &signal.unit;
+                    format!("column {label}: its name says {unit}, the rig {rig}")
+                })
+            })
     }
 
     fn incomplete_remark(&self) -> Option<String> {

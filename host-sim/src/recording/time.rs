@@ -71,7 +71,7 @@ enum Kind {
 
 /// The time column while it grows.
 pub(super) struct TimeColumn<'s> {
-    signal: &'s Signal,
+    pub signal: &'s Signal,
     kind: Option<Kind>,
     /// Added to what is recorded: whole periods of a counter.
     wrapped: f64,
@@ -321,13 +321,13 @@ impl<'s> TimeColumn<'s> {
         }
         let next_run = time_s - first_s <= NEXT_RUN_SHARE * (last_s - first_s);
         let hint = if next_run {
-            "; another run begins here? cut the file before this line"
+            "another run begins here? cut the file before this line"
         } else {
-            ""
+            "sort the rows by time"
         };
         Some(CellFault {
             problem: format!("time {time_s} s runs backward from line {last_line} ({last_s} s)"),
-            expected: format!("strictly increasing time{hint}"),
+            expected: format!("strictly increasing time; {hint}"),
         })
     }
 
@@ -431,19 +431,30 @@ fn date_and_clock(text: &str) -> Option<i128> {
     (period == DAY).then_some(days * DAY + time)
 }
 
-/// Days since 1970 of `2026-03-02`, `2026/03/02`, `2026.03.02` or `02.03.2026`. With slashes or
-/// dashes the day and the month of a year at the end are anybody's guess.
+/// Months as programs abbreviate them.
+const MONTHS: [&str; 12] = [
+    "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
+];
+
+/// Days since 1970 of `2026-03-02`, `2026/03/02`, `2026.03.02`, `02.03.2026` or `02-Mar-2026`.
+/// Which is the day of two numbers before a year, with slashes or dashes, is anybody's guess.
 fn days(date: &str) -> Option<i128> {
     let parts: Vec<&str> = date.split(['-', '/', '.']).collect();
     let [first, month, last] = parts[..] else {
         return None;
     };
+    let lower = month.to_ascii_lowercase();
+    let named = MONTHS.iter().position(|name| *name == lower);
     let (year, day) = match (first.len(), last.len()) {
         (4, _) => (first, last),
-        (_, 4) if date.contains('.') => (last, first),
+        (_, 4) if date.contains('.') || named.is_some() => (last, first),
         _ => return None,
     };
-    let date = Date::new(year.parse().ok()?, month.parse().ok()?, day.parse().ok()?).ok()?;
+    let month = match named {
+        Some(place) => i8::try_from(place + 1).ok()?,
+        None => month.parse().ok()?,
+    };
+    let date = Date::new(year.parse().ok()?, month, day.parse().ok()?).ok()?;
     let since = date.since(Date::constant(1970, 1, 1)).ok()?;
     Some(i128::from(since.get_days()))
 }
@@ -523,6 +534,7 @@ mod tests {
             "2026-03-02T10:12:31.25+01:00",
             "2026/03/02 09:12:31.25",
             "02.03.2026 09:12:31,250",
+            "02-Mar-2026 09:12:31.250",
         ] {
             assert_eq!(date_and_clock(text), Some(expected), "{text}");
         }
