@@ -4,6 +4,8 @@
 //! silent and moves every flow, so plain `bar` is refused. Gauge pressures get
 //! the ambient pressure added by whoever knows it ([`Unit::is_gauge`]).
 //!
+//! A plain number of a converter or an encoder is a `count`, whose size the rig gives by `scale`.
+//!
 //! Volume flows are taken as air at the ANR reference of ISO 8778 (20 degC,
 //! 100 kPa, 65 % relative humidity, 1.185 kg/m3).
 
@@ -47,13 +49,15 @@ pub enum Dimension {
     Temperature,
     /// Kilograms per second in SI.
     MassFlow,
+    /// A plain number: how much one count is the rig says by its scale.
+    Count,
 }
 
 impl Dimension {
     /// The name used in error lines, with an example unit.
     pub fn expectation(self) -> &'static str {
         match self {
-            Self::Time => "a time (s, ms, us, min, h)",
+            Self::Time => "a time (s, ms, us, ns, min, h, d)",
             Self::Pressure => "a pressure (such as Pa(abs), bar(g), psi(abs))",
             Self::Length => "a length (m, cm, mm, um, in)",
             Self::Speed => "a speed (m/s, mm/s, um/s, in/s)",
@@ -63,6 +67,7 @@ impl Dimension {
             Self::Fraction => "a fraction (1, %)",
             Self::Temperature => "a temperature (K, degC, degF)",
             Self::MassFlow => "a flow (kg/s, g/s, kg/h, l/min(ANR))",
+            Self::Count => "a plain number (count)",
         }
     }
 
@@ -79,6 +84,7 @@ impl Dimension {
             Self::Fraction => "1",
             Self::Temperature => "K",
             Self::MassFlow => "kg/s",
+            Self::Count => "count",
         }
     }
 }
@@ -108,8 +114,10 @@ const PLAIN: &[(&str, Dimension, f64, f64)] = &[
     ("s", Dimension::Time, 1.0, 0.0),
     ("ms", Dimension::Time, 1e-3, 0.0),
     ("us", Dimension::Time, 1e-6, 0.0),
+    ("ns", Dimension::Time, 1e-9, 0.0),
     ("min", Dimension::Time, 60.0, 0.0),
     ("h", Dimension::Time, 3600.0, 0.0),
+    ("d", Dimension::Time, 86_400.0, 0.0),
     ("m", Dimension::Length, 1.0, 0.0),
     ("cm", Dimension::Length, 1e-2, 0.0),
     ("mm", Dimension::Length, 1e-3, 0.0),
@@ -151,6 +159,26 @@ const PLAIN: &[(&str, Dimension, f64, f64)] = &[
         ANR_DENSITY_KG_M3 / 60_000.0,
         0.0,
     ),
+    ("count", Dimension::Count, 1.0, 0.0),
+];
+
+/// How loggers call plain numbers, in lower case.
+const COUNT_WORDS: &[&str] = &[
+    "bit",
+    "bits",
+    "code",
+    "codes",
+    "digit",
+    "digits",
+    "inc",
+    "increments",
+    "lsb",
+    "pulses",
+    "raw",
+    "step",
+    "steps",
+    "tick",
+    "ticks",
 ];
 
 /// `(spelling without (abs) or (g), Pa per unit)`.
@@ -236,6 +264,10 @@ fn canonical(text: &str) -> String {
         "barg" => "bar(g)".into(),
         "°C" => "degC".into(),
         "m/s^2" | "m/s²" => "m/s2".into(),
+        "sec" => "s".into(),
+        "msec" => "ms".into(),
+        "usec" => "us".into(),
+        "counts" | "cts" => "count".into(),
         _ => text,
     }
 }
@@ -283,7 +315,72 @@ fn reference_missing(spelling: &str, name: &str) -> UnitError {
     }
 }
 
+/// A unit as a logger writes it above a column: brackets around it are fine, and a pressure need
+/// not say absolute or gauge.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Written {
+    unit: Unit,
+    /// False for a pressure that does not say absolute or gauge.
+    has_reference: bool,
+}
+
+impl Written {
+    /// `None` for a text that is no unit.
+    pub(crate) fn read(text: &str) -> Option<Self> {
+        let bare = text
+            .trim()
+            .trim_matches(['[', ']', '(', ')', '<', '>', '{', '}']);
+        if let Ok(unit) = Unit::parse(text).or_else(|_| Unit::parse(bare)) {
+            return Some(Self {
+                unit,
+                has_reference: true,
+            });
+        }
+        let unit = Unit::parse(&format!("{bare}(abs)")).ok()?;
+        Some(Self {
+            unit,
+            has_reference: false,
+        })
+    }
+
+    /// Whether both measure the same kind of quantity.
+    pub(crate) fn measures_as(&self, rig: &Unit) -> bool {
+        self.unit.dimension == rig.dimension
+    }
+
+    /// Whether it cannot be the rig's unit. A rig that scales may start from another unit (volts
+    /// of a sensor), or have the factor between two units as its scale.
+    pub(crate) fn contradicts(&self, rig: &Unit, scale: Option<f64>) -> bool {
+        let same = |factor: f64| (self.unit.factor / factor - 1.0).abs() < 1e-9;
+        if self.unit.dimension != rig.dimension {
+            return scale.is_none();
+        }
+        let factor = same(rig.factor) || scale.is_some_and(|scale| same(rig.factor * scale));
+        let shift = same(rig.factor) && (self.unit.shift - rig.shift).abs() > 1e-9;
+        let reference = self.has_reference && self.unit.gauge != rig.gauge;
+        !factor || shift || reference
+    }
+}
+
+/// Currents and converter codes are no unit of what is measured: how they are scaled.
+fn raw(spelling: &str) -> Option<UnitError> {
+    let expected = if ["mA", "ma", "A"].contains(&spelling) {
+        "the measured quantity's unit, and scale and offset (SI) that turn the number into it; 4 to 20 mA of 0 to 10 bar: unit = \"bar(abs)\", scale = 0.625, offset = -250000.0"
+    } else if COUNT_WORDS.contains(&spelling.to_lowercase().as_str()) {
+        "unit = \"count\" for a plain number, with scale (SI unit per count) and, if need be, offset"
+    } else {
+        return None;
+    };
+    Some(UnitError {
+        problem: format!("unknown unit \"{}\"", one_line(spelling)),
+        expected: expected.into(),
+    })
+}
+
 fn unknown(spelling: &str) -> UnitError {
+    if let Some(error) = raw(spelling) {
+        return error;
+    }
     let pressures: Vec<String> = PRESSURES
         .iter()
         .flat_map(|row| [format!("{}(abs)", row.0), format!("{}(g)", row.0)])
@@ -335,6 +432,42 @@ mod tests {
             "unit \"bar\" does not say absolute or gauge, expected \"bar(abs)\" or \"bar(g)\""
         );
         assert!(Unit::parse("bar(g)").expect("gauge").is_gauge());
+    }
+
+    #[test]
+    fn val_a_raw_unit_is_told_how_to_scale() {
+        for text in ["mA", "LSB", "raw"] {
+            let error = Unit::parse(text).expect_err(text).to_string();
+            assert!(
+                error.starts_with(&format!("unknown unit \"{text}\"")),
+                "{error}"
+            );
+            assert!(error.contains("scale"), "{error}");
+        }
+    }
+
+    #[test]
+    fn prop_a_unit_above_a_column_contradicts_only_another_one() {
+        let rig = |text| Unit::parse(text).expect(text);
+        for (written, unit, scale, contradicts) in [
+            ("s", "s", None, false),
+            ("[ms]", "s", None, true),
+            ("bar", "bar(g)", None, false),
+            ("bara", "bar(g)", None, true),
+            ("kPa", "Pa(abs)", None, true),
+            ("V", "bar(g)", Some(0.5), false),
+            ("V", "bar(g)", None, true),
+            ("ns", "us", Some(1e-3), false),
+            ("°C", "K", None, true),
+        ] {
+            let read = Written::read(written).expect(written);
+            assert_eq!(
+                read.contradicts(&rig(unit), scale),
+                contradicts,
+                "{written} {unit}"
+            );
+        }
+        assert_eq!(Written::read("Pressure A"), None);
     }
 
     #[test]

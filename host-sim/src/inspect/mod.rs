@@ -248,7 +248,8 @@ fn si_unit(rig: &Rig, name: &str) -> &'static str {
 }
 
 fn notes(recording: &Recording, signals: &[SignalReport]) -> Vec<String> {
-    let mut notes: Vec<String> = signals.iter().filter_map(noise_note).collect();
+    let mut notes = recording.remarks.clone();
+    notes.extend(signals.iter().filter_map(noise_note));
     if recording.last_row_unterminated {
         let line = recording.line.last().copied().unwrap_or(0);
         notes.push(format!(

@@ -39,3 +39,22 @@ impl fmt::Display for RecordingError {
 }
 
 impl std::error::Error for RecordingError {}
+
+/// What a file is expected to be.
+pub(super) const TABLE: &str = "a text table: rows of numbers";
+
+/// An error that concerns no single column.
+pub(super) fn error(
+    file: &str,
+    line: Option<u32>,
+    problem: impl Into<String>,
+    expected: impl Into<String>,
+) -> RecordingError {
+    RecordingError {
+        file: file.into(),
+        line,
+        column: None,
+        problem: problem.into(),
+        expected: expected.into(),
+    }
+}

@@ -1,25 +1,27 @@
 //! Recordings: text tables of numbers, one row per instant, to signals in SI and
 //! back ([`Table`]).
 //!
-//! Responsibilities: take the files as loggers write them (comma, tab,
-//! semicolon or blanks; a header line, a commented header or none; comment
-//! lines; CRLF; byte order mark; quoted names), convert the columns that the
-//! rig names, and refuse with one line whatever is not understood.
+//! Responsibilities: take the files as loggers write them, convert the columns that the rig
+//! names, say what was decided or left out on the way ([`Recording::remarks`]), and refuse with
+//! one line whatever is not understood. What is read and by which rule stands in
+//! `docs/recordings.md`.
 //!
-//! What is admitted: uneven sampling, gaps, a time that does not start at 0,
-//! columns that the rig does not name (listed in
-//! [`Recording::unused_columns`]), a last row without a line end.
-//!
-//! What is refused: time that does not strictly increase, empty cells, text,
-//! NaN and infinities, rows of another length, decimal commas, binary files,
-//! values that no rig can have (negative absolute pressure and the like).
+//! * `source`: files, pipes, gzip, UTF-16; `lines`: counted lines; `fields`: one line to fields.
+//! * `layout`: where the table begins, separator, header, units.
+//! * `number`, `time`: what a cell says; `table`: rows to columns, and what is left out.
 //!
 //! Limits: at most [`MAXIMUM_ROWS`] rows and lines of at most 1 MiB; the file
-//! is streamed, memory is 8 bytes per used cell plus 4 per row.
+//! is streamed and read once, memory is 8 bytes per used cell plus 4 per row.
 
 mod error;
+mod fields;
 mod layout;
+mod lines;
+mod number;
 mod read;
+mod source;
+mod table;
+mod time;
 mod write;
 
 use std::collections::BTreeMap;
@@ -44,6 +46,8 @@ pub struct Recording {
     pub line: Vec<u32>,
     /// The columns of the file that the rig does not name.
     pub unused_columns: Vec<String>,
+    /// What was decided or left out on reading, with lines of the file.
+    pub remarks: Vec<String>,
     /// The last row has all its fields but no line end: its last number may
     /// have been cut.
     pub last_row_unterminated: bool,

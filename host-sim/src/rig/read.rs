@@ -328,7 +328,17 @@ impl<'t> Reader<'t> {
                 &error.expected,
             )
         })?;
-        let raw = matches!(unit.dimension(), Dimension::Voltage | Dimension::Fraction);
+        if unit.dimension() == Dimension::Count && !scaled {
+            let size = dimensions.first().map_or("?", |one| one.si_unit());
+            let problem = format!("unit \"{unit}\" is unknown without a scale");
+            let expected =
+                format!("scale = {size} per count beside it (an encoder of 5 um: scale = 5e-6)");
+            return Err(self.error(Some(entry.span()), Some(&key), problem, &expected));
+        }
+        let raw = matches!(
+            unit.dimension(),
+            Dimension::Voltage | Dimension::Fraction | Dimension::Count
+        );
         if dimensions.contains(&unit.dimension()) || (scaled && raw) {
             return Ok(unit);
         }
