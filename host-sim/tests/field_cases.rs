@@ -177,3 +177,21 @@ fn val_signs_wires_and_units_that_contradict_each_other_are_said() {
         );
     }
 }
+
+/// Rows that were sampled evenly are put where they belong, and that is said.
+#[test]
+fn val_stamps_of_a_pc_that_jitter_are_said() {
+    for (name, file) in [
+        ("jitter-pc", "run.csv"),
+        ("D-jitter-pc", "train-1.csv"),
+        ("D-jitter-pc", "train-4.csv"),
+        ("D-jitter-pc", "held-1.csv"),
+    ] {
+        let Some(case) = case(name) else { return };
+        let inspection = look(&case, file);
+        assert_eq!(inspection.faults, [], "{name}");
+        let said = |note: &String| note.contains("the time stamps jitter");
+        assert!(inspection.notes.iter().any(said), "{name} {file}: {:?}", inspection.notes);
+        assert!(inspection.timing.jitter_s < 1e-6, "{name}");
+    }
+}

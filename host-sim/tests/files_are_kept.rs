@@ -43,7 +43,10 @@ fn laminar(start_bar: f64, seed: u32) -> String {
     let mut absolute_bar = start_bar + AMBIENT_BAR;
     let mut rows = String::from("time_s,pressure_bar_gauge\n");
     for (row, noise) in noise.enumerate() {
-        rows.push_str(&format!("{row},{:.4}\n", absolute_bar - AMBIENT_BAR + noise));
+        rows.push_str(&format!(
+            "{row},{:.4}\n",
+            absolute_bar - AMBIENT_BAR + noise
+        ));
         absolute_bar += (AMBIENT_BAR.powi(2) - absolute_bar.powi(2)) / K_BAR_S;
     }
     rows
@@ -250,7 +253,8 @@ fn prop_the_order_of_recordings_changes_no_byte() {
     let root = folder.path();
     // A declared leak that fits: nothing is searched for.
     let rig = fs::read_to_string(root.join("rig.toml")).expect("read");
-    let rig = rig + "\n[effects.chamber-leakage]\nlaminar_a_kg_s_Pa2 = 1.0e-16\n[uncertainty]\n\"effects.chamber-leakage.laminar_a_kg_s_Pa2\" = 3.0\n";
+    let rig = rig
+        + "\n[effects.chamber-leakage]\nlaminar_a_kg_s_Pa2 = 1.0e-16\n[uncertainty]\n\"effects.chamber-leakage.laminar_a_kg_s_Pa2\" = 3.0\n";
     fs::write(root.join("rig.toml"), rig).expect("written");
     for (name, start_bar, seed) in [("a.csv", 5.0, 1), ("b.csv", 4.0, 2), ("c.csv", 3.0, 3)] {
         fs::write(root.join(name), laminar(start_bar, seed)).expect("written");
@@ -274,4 +278,24 @@ fn prop_the_order_of_recordings_changes_no_byte() {
         verdict(["b.csv", "a.csv"], "2"),
     );
     assert_eq!(first, second);
+}
+
+/// A pipe is read once and its report does not wait for a second writer.
+#[cfg(unix)]
+#[test]
+fn val_recordings_and_rigs_come_through_pipes() {
+    let folder = folder();
+    let script = format!(
+        "{} inspect --rig <(cat rig.toml) --report r.html --json j.json <(cat a.csv)",
+        env!("CARGO_BIN_EXE_pneuma")
+    );
+    let output = Command::new("timeout")
+        .args(["60", "bash", "-c", &script])
+        .current_dir(folder.path())
+        .output()
+        .expect("bash runs");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let page = fs::read_to_string(folder.path().join("r.html")).expect("read");
+    assert!(page.contains("read once from a pipe"));
 }

@@ -40,7 +40,10 @@ fn decay(tau_s: f64, seed: u32) -> String {
         let noise = f64::from(state >> 8) / f64::from(1 << 24) - 0.5;
         let time_s = 0.1 * f64::from(row);
         let absolute_bar = 7.0 * (-time_s / tau_s).exp();
-        rows.push_str(&format!("{time_s:.1},{:.3}\n", absolute_bar - 1.01325 + 0.004 * noise));
+        rows.push_str(&format!(
+            "{time_s:.1},{:.3}\n",
+            absolute_bar - 1.01325 + 0.004 * noise
+        ));
     }
     rows
 }
@@ -71,12 +74,21 @@ fn val_an_uncertain_effect_is_refitted_and_nothing_else_is_blamed() {
         ("b.csv", decay(truth, 2)),
     ]);
     let arguments = [
-        "diagnose", "--rig", "rig.toml", "--train", "a.csv", "--held-out", "b.csv", "--json", "v.json",
+        "diagnose",
+        "--rig",
+        "rig.toml",
+        "--train",
+        "a.csv",
+        "--held-out",
+        "b.csv",
+        "--json",
+        "v.json",
     ];
     let output = pneuma(folder.path(), &arguments);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let verdict: Value =
-        serde_json::from_slice(&fs::read(folder.path().join("v.json")).expect("read")).expect("JSON");
+        serde_json::from_slice(&fs::read(folder.path().join("v.json")).expect("read"))
+            .expect("JSON");
     assert_eq!(verdict["verdict"], "nothing-missing", "{verdict}");
     let found = &verdict["parameters"]["effects.chamber-leakage.orifice_a_m2"];
     let area_m2 = found["refitted"].as_f64().expect("refitted");
@@ -88,14 +100,19 @@ fn val_what_is_assumed_is_listed_in_report_and_json() {
     let tau_s = declared_tau_s();
     let folder = folder(&[("rig.toml", RIG.to_owned()), ("a.csv", decay(tau_s, 1))]);
     let arguments = [
-        "diagnose", "--rig", "rig.toml", "--train", "a.csv", "--json", "v.json", "--report", "r.html",
+        "diagnose", "--rig", "rig.toml", "--train", "a.csv", "--json", "v.json", "--report",
+        "r.html",
     ];
     let output = pneuma(folder.path(), &arguments);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let verdict: Value =
-        serde_json::from_slice(&fs::read(folder.path().join("v.json")).expect("read")).expect("JSON");
+        serde_json::from_slice(&fs::read(folder.path().join("v.json")).expect("read"))
+            .expect("JSON");
     let assumed = verdict["assumed"].as_array().expect("a list");
-    let keys: Vec<&str> = assumed.iter().filter_map(|one| one["key"].as_str()).collect();
+    let keys: Vec<&str> = assumed
+        .iter()
+        .filter_map(|one| one["key"].as_str())
+        .collect();
     let wanted = [
         "gas.gamma",
         "gas.gas_constant_J_kgK",
@@ -126,10 +143,20 @@ model = "polytropic-process"
 polytropic_index = 1.2
 "#;
     let rows: String = (0..100).map(|row| format!("{row},0.1,3e5\n")).collect();
-    let folder = folder(&[("rig.toml", rig.to_owned()), ("a.csv", format!("t,x,p\n{rows}"))]);
-    for command in [["compare", "--rig", "rig.toml", "a.csv"], ["fit", "--rig", "rig.toml", "--train"]] {
+    let folder = folder(&[
+        ("rig.toml", rig.to_owned()),
+        ("a.csv", format!("t,x,p\n{rows}")),
+    ]);
+    for command in [
+        ["compare", "--rig", "rig.toml", "a.csv"],
+        ["fit", "--rig", "rig.toml", "--train"],
+    ] {
         let arguments: Vec<&str> = if command[0] == "fit" {
-            [&command[..], &["a.csv", "--free", "chambers.polytropic_index"]].concat()
+            [
+                &command[..],
+                &["a.csv", "--free", "chambers.polytropic_index"],
+            ]
+            .concat()
         } else {
             command.to_vec()
         };
@@ -137,7 +164,10 @@ polytropic_index = 1.2
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert_eq!(said.lines().count(), 1, "{said}");
-        assert!(said.contains("[cylinder] stroke_m is missing (the stroke; typically"), "{said}");
+        assert!(
+            said.contains("[cylinder] stroke_m is missing (the stroke; typically"),
+            "{said}"
+        );
     }
 }
 
@@ -149,12 +179,27 @@ fn val_a_fit_that_predicts_worse_says_so_first_and_exits_with_1() {
         ("b.csv", decay(declared_tau_s(), 2)),
     ]);
     let arguments = [
-        "fit", "--rig", "rig.toml", "--train", "a.csv", "--held-out", "b.csv", "--improved-rig", "i.toml",
+        "fit",
+        "--rig",
+        "rig.toml",
+        "--train",
+        "a.csv",
+        "--held-out",
+        "b.csv",
+        "--improved-rig",
+        "i.toml",
     ];
     let output = pneuma(folder.path(), &arguments);
     let said = text(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{said}{}", text(&output.stderr));
-    let first = said.lines().position(|line| line.starts_with("NOT TO BE TRUSTED"));
+    assert_eq!(
+        output.status.code(),
+        Some(1),
+        "{said}{}",
+        text(&output.stderr)
+    );
+    let first = said
+        .lines()
+        .position(|line| line.starts_with("NOT TO BE TRUSTED"));
     let tables = said.lines().position(|line| line.starts_with("chambers"));
     assert!(first < tables && first.is_some(), "{said}");
     assert!(!folder.path().join("i.toml").exists());
@@ -167,9 +212,21 @@ fn val_the_declared_noise_is_compared_with_the_rows_and_makes_no_verdict() {
     let truth = declared_tau_s();
     let verdict = |noise: &str| {
         let rig = RIG.replace("noise = 200.0", &format!("noise = {noise}"));
-        let folder = folder(&[("rig.toml", rig), ("a.csv", decay(truth, 1)), ("b.csv", decay(truth, 2))]);
+        let folder = folder(&[
+            ("rig.toml", rig),
+            ("a.csv", decay(truth, 1)),
+            ("b.csv", decay(truth, 2)),
+        ]);
         let arguments = [
-            "diagnose", "--rig", "rig.toml", "--train", "a.csv", "--held-out", "b.csv", "--json", "v.json",
+            "diagnose",
+            "--rig",
+            "rig.toml",
+            "--train",
+            "a.csv",
+            "--held-out",
+            "b.csv",
+            "--json",
+            "v.json",
         ];
         assert!(pneuma(folder.path(), &arguments).status.success());
         let bytes = fs::read(folder.path().join("v.json")).expect("read");
@@ -179,5 +236,8 @@ fn val_the_declared_noise_is_compared_with_the_rows_and_makes_no_verdict() {
         assert_eq!(verdict(noise)["verdict"], "nothing-missing", "{noise}");
     }
     let doubts = verdict("30.0")["doubts"].to_string();
-    assert!(doubts.contains("signals.p_a.noise") && doubts.contains("the larger counts"), "{doubts}");
+    assert!(
+        doubts.contains("signals.p_a.noise") && doubts.contains("the larger counts"),
+        "{doubts}"
+    );
 }

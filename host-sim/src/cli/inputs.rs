@@ -214,8 +214,12 @@ pub(super) fn provenance<'p>(files: impl IntoIterator<Item = &'p PathBuf>) -> Pr
         .join(" ");
     let provenance = Provenance::new(command).fact("version", env!("CARGO_PKG_VERSION"));
     files.into_iter().fold(provenance, |provenance, path| {
+        let path = without_part(path);
         let name = file_name(&path.display().to_string());
-        match fingerprint(path) {
+        if !path.is_file() {
+            return provenance.fact("read once from a pipe, not hashed", name);
+        }
+        match fingerprint(&path) {
             Ok((bytes, hash)) => provenance.file(name, bytes, hash),
             Err(_) => provenance,
         }

@@ -8,12 +8,14 @@
 //!
 //! * `source`: files, pipes, gzip, UTF-16; `lines`: counted lines; `fields`: one line to fields.
 //! * `layout`: where the table begins, separator, header, units.
+//! * `even`: rows that were sampled evenly and stamped late.
 //! * `number`, `time`: what a cell says; `table`: rows to columns, and what is left out.
 //!
 //! Limits: at most [`MAXIMUM_ROWS`] rows and lines of at most 1 MiB; the file
 //! is streamed and read once, memory is 8 bytes per used cell plus 4 per row.
 
 mod error;
+mod even;
 mod fields;
 mod layout;
 mod lines;

@@ -5,6 +5,7 @@
 //! one of another rate and refused; everything else that is no number is an error.
 
 use super::error::{TABLE, error};
+use super::even::{self, Even};
 use super::fields::Splitter;
 use super::layout::{Layout, TextRow, bare};
 use super::lines::{Line, text_of};
@@ -104,6 +105,8 @@ pub(super) struct Table<'s> {
     gauge_zero_pa: f64,
     numbers: Numbers,
     time: TimeColumn<'s>,
+    /// The first stamp that runs backward by no more than a late one may.
+    disorder: Option<RecordingError>,
     time_column: usize,
     channels: Vec<Channel<'s>>,
     /// The values of the row at hand; kept once the row is complete.
@@ -152,6 +155,7 @@ impl<'s> Table<'s> {
             gauge_zero_pa: signals.gauge_zero_pa,
             numbers: Numbers::default(),
             time,
+            disorder: None,
             time_column,
             row: vec![0.0; channels.len()],
             channels,
@@ -279,7 +283,12 @@ impl<'s> Table<'s> {
             return Ok(true);
         }
         if let Some(fault) = self.time.backward(time_s, *last_line) {
-            return Err(self.column_error(number, self.time_column, fault));
+            let fault = self.column_error(number, self.time_column, fault);
+            if !self.time.may_be_late(time_s) {
+                return Err(fault);
+            }
+            self.disorder.get_or_insert(fault);
+            return Ok(true);
         }
         let mut values = self.channels.iter().zip(&self.row);
         if values.all(|(channel, value)| channel.values.last() == Some(value)) {
@@ -375,13 +384,23 @@ impl<'s> Table<'s> {
             return Err(error(self.file, line, "holds a header but no rows", TABLE));
         }
         self.check_blanks()?;
-        self.check_stamps()?;
-        let remarks = self.remarks();
+        let even = self.even();
+        if even.is_none() {
+            self.check_stamps()?;
+        }
+        let mut remarks = self.remarks();
         let unused_columns = self.unused_columns();
         let signals = self.channels.into_iter();
+        let time_s = match even {
+            Some(even) => {
+                remarks.push(even.remark);
+                even.time_s
+            }
+            None => self.time.values,
+        };
         Ok(Recording {
             name: self.file.into(),
-            time_s: self.time.values,
+            time_s,
             signals: signals
                 .map(|channel| (channel.name.to_owned(), channel.values))
                 .collect(),
@@ -447,7 +466,23 @@ impl<'s> Table<'s> {
         }
     }
 
+    /// The grid that the rows were sampled on, where their stamps are late by chance.
+    fn even(&self) -> Option<Even> {
+        // A command holds and leaps: it says nothing of instants.
+        let measured = self
+            .channels
+            .iter()
+            .filter(|channel| !matches!(channel.name, "u" | "x_ref"));
+        let columns: Vec<&[f64]> = measured.map(|channel| &channel.values[..]).collect();
+        let backward = self.disorder.as_ref().and_then(|fault| fault.line);
+        let repeated = self.time.few_repeats();
+        even::grid(&self.time.values, &columns, backward.or(repeated))
+    }
+
     fn check_stamps(&self) -> Result<(), RecordingError> {
+        if let Some(fault) = &self.disorder {
+            return Err(fault.clone());
+        }
         if let Some((line, fault)) = self.time.repeats() {
             return Err(self.column_error(line, self.time_column, fault));
         }

@@ -33,6 +33,8 @@ const USUAL_ROWS: usize = 64;
 const STEP_MARGIN: f64 = 0.01;
 /// A fall from the last of this share of a counter's range into the first is called a wrap.
 const WRAP_SHARE: f64 = 0.01;
+/// A stamp may run backward by so many steps where the stamps are late.
+const LATE_STEPS: f64 = 5.0;
 /// Up to this share of repeated stamps is a slip of the logger; more is its clock.
 const FEW_REPEATS: f64 = 0.01;
 /// Steps of recordings; outside of them the unit is doubted.
@@ -329,6 +331,23 @@ impl<'s> TimeColumn<'s> {
             problem: format!("time {time_s} s runs backward from line {last_line} ({last_s} s)"),
             expected: format!("strictly increasing time; {hint}"),
         })
+    }
+
+    /// Whether a stamp runs backward by no more than late stamps of even rows may.
+    pub(super) fn may_be_late(&self, time_s: f64) -> bool {
+        let recent = &self.values[self.values.len().saturating_sub(USUAL_ROWS)..];
+        let (Some(first_s), Some(last_s)) = (recent.first(), recent.last()) else {
+            return false;
+        };
+        let step_s = (last_s - first_s) / (recent.len() - 1).max(1) as f64;
+        last_s - time_s < LATE_STEPS * step_s
+    }
+
+    /// Line of the first stamp that repeats the one before, where few do.
+    pub(super) fn few_repeats(&self) -> Option<u32> {
+        let (line, _) = self.repeated?;
+        let is_few = self.repeats as f64 <= FEW_REPEATS * self.values.len() as f64;
+        is_few.then_some(line)
     }
 
     /// Notes that a row has the stamp of the row before.
