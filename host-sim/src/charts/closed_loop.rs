@@ -160,10 +160,10 @@ fn plots(run: &Run) -> ChartStack {
         )
         .panel(
             panel("Chambers", "pressure, absolute", "bar")
-                .series(curve("chamber a", Role::Improved, |row| {
+                .series(curve("chamber A", Role::Improved, |row| {
                     row.truth.pressure_a_pa / PA_PER_BAR
                 }))
-                .series(curve("chamber b", Role::Refitted, |row| {
+                .series(curve("chamber B", Role::Refitted, |row| {
                     row.truth.pressure_b_pa / PA_PER_BAR
                 }))
                 .series(

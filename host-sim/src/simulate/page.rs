@@ -139,10 +139,10 @@ fn command_panel(simulation: &Simulation) -> Chart {
 
 fn pressure_panel(simulation: &Simulation) -> Chart {
     let chambers = panel("Chambers", "pressure, absolute", "bar")
-        .series(curve(simulation, "chamber a", Role::Improved, |sample| {
+        .series(curve(simulation, "chamber A", Role::Improved, |sample| {
             sample.pressure_a_pa / PA_PER_BAR
         }))
-        .series(curve(simulation, "chamber b", Role::Refitted, |sample| {
+        .series(curve(simulation, "chamber B", Role::Refitted, |sample| {
             sample.pressure_b_pa / PA_PER_BAR
         }));
     if !supply_is_near(simulation) {
@@ -173,10 +173,10 @@ fn temperature_panel(scenario: &Scenario, simulation: &Simulation) -> Chart {
     let ambient_k = super::values(&scenario.rig).ambient().temperature_k;
     panel("Gas", "temperature", "K")
         .x_axis("time", "s")
-        .series(curve(simulation, "chamber a", Role::Improved, |sample| {
+        .series(curve(simulation, "chamber A", Role::Improved, |sample| {
             sample.temperature_a_k
         }))
-        .series(curve(simulation, "chamber b", Role::Refitted, |sample| {
+        .series(curve(simulation, "chamber B", Role::Refitted, |sample| {
             sample.temperature_b_k
         }))
         .level(ambient_k, "ambient")
