@@ -42,11 +42,14 @@ const SEGMENT_ROWS: usize = 1024;
 
 /// Signals whose proof stands on the first screen.
 const OPEN_PROOFS: usize = 2;
+/// A second signal is shown there if its error falls by more than this factor.
+const LEAST_GAIN: f64 = 1.05;
 
 /// Makes the page.
 pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Provenance) -> Page {
     let verdict = &diagnosis.verdict;
-    let mut page = Page::new(title);
+    let kind = summary::kind(verdict.verdict);
+    let mut page = Page::new(format!("{title}, verdict: {kind}"));
     page.lead(verdict.sentence.clone());
     tiles(&mut page, rig, diagnosis);
     page.opening(|section| first_plot(section, rig, diagnosis));
@@ -121,7 +124,6 @@ fn judged_by(diagnosis: &Diagnosis) -> &[Recording] {
 
 fn tiles(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis) {
     let verdict = &diagnosis.verdict;
-    page.tile("verdict", summary::kind(verdict.verdict), "", "");
     if is_named(verdict) {
         for effect in &verdict.effects {
             effect_tile(page, effect);
@@ -129,8 +131,11 @@ fn tiles(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis) {
     }
     let mut outputs = diagnosis.outputs();
     outputs.sort_by(|a, b| gain(verdict, b).total_cmp(&gain(verdict, a)));
-    for output in outputs.iter().take(OPEN_PROOFS) {
-        proof_tile(page, rig, diagnosis, output);
+    let tells = |place: usize, output: &Output| place == 0 || gain(verdict, output) > LEAST_GAIN;
+    for (place, output) in outputs.iter().enumerate().take(OPEN_PROOFS) {
+        if tells(place, output) {
+            proof_tile(page, rig, diagnosis, output);
+        }
     }
 }
 
@@ -147,6 +152,7 @@ fn effect_tile(page: &mut Page, effect: &Effect) {
         format!("explains {} of the misfit", accounted_for(effect)),
     ];
     let facts: Vec<String> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
+    let number = number.replace('-', "−");
     page.tile(
         effect.effect.replace('-', " "),
         number,

@@ -24,7 +24,7 @@ pub const CLOSED_DETAIL: usize = 8_000;
 /// Part of a recording that a chart opens on where the misfit is in one place.
 const VIEW_PART: f64 = 0.1;
 /// It is in one place if that part holds this many times its share of the squared error.
-const CONCENTRATED: f64 = 1.5;
+const CONCENTRATED: f64 = 1.1;
 /// Places at which the view is tried, per width of it.
 const VIEW_STEPS: usize = 4;
 

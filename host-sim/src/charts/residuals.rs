@@ -56,12 +56,14 @@ impl Tested<'_> {
         if lags == 0 {
             return;
         }
-        section.row(|row| {
-            row.chart(self.autocorrelations(lags));
-            for input in self.inputs {
-                row.chart(self.cross_correlations(*input, lags));
-            }
-        });
+        let inputs = self.inputs.iter();
+        let crossed = inputs.map(|input| self.cross_correlations(*input, lags));
+        let charts: Vec<Chart> = std::iter::once(self.autocorrelations(lags))
+            .chain(crossed)
+            .collect();
+        for pair in charts.chunks(2) {
+            section.row(|row| pair.iter().for_each(|chart| row.chart(chart.clone())));
+        }
     }
 
     /// The share of lags outside of the 95 % band, by model.

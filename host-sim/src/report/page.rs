@@ -23,7 +23,10 @@ const POLICY: &str =
 /// Charts are drawn by script; everything else is there without it.
 const NO_SCRIPT: &str = "<noscript><p>Charts need JavaScript; the rest does not.</p></noscript>\n";
 
-/// From this many sections on a table of contents helps.
+/// A longer sentence is set smaller, so that the first screen holds figures and a plot too.
+const LONG_LEAD_CHARACTERS: usize = 110;
+
+/// From this many open sections on a table of contents helps; folded ones are their own.
 const SECTIONS_WORTH_CONTENTS: usize = 3;
 
 #[derive(Debug, Clone)]
@@ -175,6 +178,9 @@ impl Page {
     fn lead_html(&self) -> String {
         match self.lead.as_str() {
             "" => String::new(),
+            lead if lead.chars().count() > LONG_LEAD_CHARACTERS => {
+                format!("<p class=\"lead long\">{}</p>\n", escape::prose(lead))
+            }
             lead => format!("<p class=\"lead\">{}</p>\n", escape::prose(lead)),
         }
     }
@@ -188,7 +194,8 @@ impl Page {
     }
 
     fn contents_html(&self) -> String {
-        if self.sections.len() < SECTIONS_WORTH_CONTENTS {
+        let open = self.sections.iter().filter(|section| !section.is_folded);
+        if open.count() < SECTIONS_WORTH_CONTENTS {
             return String::new();
         }
         let entry = |section: &Section| {

@@ -17,7 +17,7 @@ pub fn page(scenario: &Scenario, simulation: &Simulation) -> Page {
     let mut page = Page::new(title(scenario));
     page.lead(lead(scenario, simulation));
     tiles(&mut page, scenario, simulation);
-    page.section("What happens", |section| {
+    page.section("Signals", |section| {
         if let Some(note) = simulation.note() {
             section.callout(capitalised(&note));
         }
@@ -108,7 +108,7 @@ fn plots(scenario: &Scenario, simulation: &Simulation) -> ChartStack {
         )))
         .panel(temperature_panel(scenario, simulation));
     match scenario.noise_seed {
-        Some(_) => stack.note("Drawn without the noise and the quanta of the recording."),
+        Some(_) => stack.note("Shown without the noise and quantisation of the recording."),
         None => stack,
     }
 }

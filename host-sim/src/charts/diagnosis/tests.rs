@@ -120,6 +120,12 @@ fn between<'h>(html: &'h str, from: &str, to: &str) -> &'h str {
     &html[begin..begin + length]
 }
 
+/// What a reader sees: the body without the script.
+fn spoken(html: &str) -> &str {
+    let body = html.split("<body>").nth(1).unwrap();
+    body.split("<script>\n").next().unwrap()
+}
+
 /// An *unknown* whose ranking held supply droop with 0.17 opened with "The model leaves out
 /// supply droop".
 #[test]
@@ -146,7 +152,7 @@ fn prop_no_effect_is_called_missing_unless_the_verdict_is_named() {
     for (kind, holds) in combinations() {
         let (rig, diagnosis) = diagnosis(kind, holds);
         let html = diagnosis_page("Diagnosis", &rig, &diagnosis, Provenance::default()).to_html();
-        let body = html.split("<body>").nth(1).unwrap();
+        let body = spoken(&html);
         let first_screen = body.split("<main>").next().unwrap();
         let stands = kind == Kind::Named && holds.effects;
         assert_eq!(first_screen.contains("supply droop"), stands, "{kind:?}");
@@ -198,8 +204,7 @@ fn regress_signals_have_their_names_and_their_recorded_units() {
         },
     );
     let html = diagnosis_page("Diagnosis", &rig, &diagnosis, Provenance::default()).to_html();
-    let body = html.split("<body>").nth(1).unwrap();
-    let body = body.split("<script>\n").next().unwrap();
+    let body = spoken(&html);
     assert!(body.contains("Chamber A pressure") && body.contains("psi"));
     assert!(!body.contains("p_a") && !body.contains("kPa"));
 }
