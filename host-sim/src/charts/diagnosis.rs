@@ -147,9 +147,9 @@ fn effect_tile(page: &mut Page, effect: &Effect) {
     let others: Vec<String> = sizes.iter().skip(1).map(words::Size::spoken).collect();
     let facts = [
         what,
-        others.join("; "),
         format!("probability {}", words::percent(effect.probability)),
         format!("explains {} of the misfit", accounted_for(effect)),
+        others.join("; "),
     ];
     let facts: Vec<String> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
     let number = number.replace('-', "−");

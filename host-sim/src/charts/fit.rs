@@ -6,6 +6,7 @@ use super::prediction::{
 };
 use super::residuals::{fit_percent, spread};
 use super::{capitalised, test_residuals};
+use crate::diagnose::words;
 use crate::identify::{BeforeAfter, FittedParameter, LawFit, Residuals, SignalError};
 use crate::laws::Track;
 use crate::report::{Cell, Matrix, Page, Role, Section, Table, number};
@@ -113,12 +114,10 @@ fn lead(fits: &[LawFit], held: bool) -> String {
         let (Some(before), Some(after)) = (judged(error).before, judged(error).after) else {
             continue;
         };
-        let percent = 100.0 * (1.0 - after / before.max(f64::MIN_POSITIVE));
-        if percent > 0.0 {
-            better.push(format!(
-                "of the {} by {percent:.0} %",
-                signals::spoken(error.signal)
-            ));
+        let part = 1.0 - after / before.max(f64::MIN_POSITIVE);
+        if part > 0.0 {
+            let name = signals::spoken(error.signal);
+            better.push(format!("of the {name} by {}", words::percent(part)));
         } else {
             worse.push(format!("of the {}", signals::spoken(error.signal)));
         }
@@ -216,6 +215,12 @@ fn moved(fit: &LawFit) -> Vec<Moved> {
     fit.parameters.iter().filter_map(moved).collect()
 }
 
+/// The note without what the parameter's label says already.
+fn remark(note: &str) -> &str {
+    let rest = note.strip_prefix("scale factor of the table");
+    rest.map_or(note, |rest| rest.trim_start_matches("; "))
+}
+
 fn parameter_row(parameter: &FittedParameter) -> [Cell; 6] {
     let figure = |value: Option<f64>, digits: usize| -> Cell {
         value.map(|value| Cell::significant(value, digits)).into()
@@ -226,7 +231,7 @@ fn parameter_row(parameter: &FittedParameter) -> [Cell; 6] {
         figure(Some(parameter.fitted), DIGITS),
         figure(parameter.standard_deviation, 2),
         figure(parameter.prior_standard_deviation, 2),
-        parameter.note.clone().into(),
+        remark(&parameter.note).into(),
     ]
 }
 

@@ -43,7 +43,7 @@ fn lead(scenario: &Scenario, simulation: &Simulation) -> String {
         "The carriage travels {} mm at up to {} m/s; the gas in chamber {} cools to {} K, {} K below ambient.",
         number::significant(MM_PER_M * figures.travel_m, 3),
         number::significant(figures.peak_speed_m_s.0, 3),
-        figures.coldest.letter(),
+        figures.coldest.letter().to_uppercase(),
         number::fixed(lowest_k, 0),
         number::fixed(ambient_k - lowest_k, 0),
     )
@@ -78,7 +78,11 @@ fn tiles(page: &mut Page, scenario: &Scenario, simulation: &Simulation) {
         "lowest gas temperature",
         number::fixed(lowest_k, 1),
         "K",
-        format!("chamber {}, {}", figures.coldest.letter(), at(lowest_at_s)),
+        format!(
+            "chamber {}, {}",
+            figures.coldest.letter().to_uppercase(),
+            at(lowest_at_s)
+        ),
     );
     let last_s = simulation.samples.last().map_or(0.0, |last| last.time_s);
     page.tile(
