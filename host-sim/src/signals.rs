@@ -186,7 +186,9 @@ mod tests {
 
     fn rig(signals: &str) -> Rig {
         Rig::parse(
-            &format!("format = \"rig/1\"\n[signals]\n{signals}"),
+            &format!(
+                "format = \"rig/1\"\n[signals]\nt = {{ column = 9, unit = \"s\" }}\n{signals}"
+            ),
             "rig.toml",
         )
         .unwrap()

@@ -104,9 +104,9 @@ fn in_short(diagnosis: &Diagnosis) -> Table {
     })
 }
 
-/// Errors of the free run: held out where there are any.
-fn shown_errors(figures: &FitFigures) -> &BTreeMap<String, f64> {
-    if figures.free_run_held_out.is_empty() {
+/// Errors of the free run of one of the models: held out where there is a held-out recording.
+fn shown_errors<'f>(fit: &Fit, figures: &'f FitFigures) -> &'f BTreeMap<String, f64> {
+    if fit.refitted.free_run_held_out.is_empty() {
         &figures.free_run_train
     } else {
         &figures.free_run_held_out
@@ -163,8 +163,9 @@ fn effect_tile(page: &mut Page, effect: &Effect) {
 
 /// How much smaller the error of an output is with what was found.
 fn gain(verdict: &Verdict, output: &Output) -> f64 {
-    let of = |figures: &FitFigures| shown_errors(figures).get(output.signal).copied();
-    let (refitted, improved) = (of(&verdict.fit.refitted), of(&verdict.fit.improved));
+    let fit = &verdict.fit;
+    let of = |figures: &FitFigures| shown_errors(fit, figures).get(output.signal).copied();
+    let (refitted, improved) = (of(&fit.refitted), of(&fit.improved));
     let gain = refitted
         .zip(improved)
         .map(|(refitted, improved)| refitted / improved);
@@ -174,7 +175,7 @@ fn gain(verdict: &Verdict, output: &Output) -> f64 {
 fn proof_tile(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis, output: &Output) {
     let fit = &diagnosis.verdict.fit;
     let reading = Reading::of_signal(rig, output.signal);
-    let error = |figures: &FitFigures| shown_errors(figures).get(output.signal).copied();
+    let error = |figures: &FitFigures| shown_errors(fit, figures).get(output.signal).copied();
     let digits = |figures: &FitFigures| {
         error(figures).map_or_else(
             || "–".into(),
@@ -205,7 +206,8 @@ fn proof_tile(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis, output: &Output
 /// The fit of an output with this error.
 fn fit_of(diagnosis: &Diagnosis, output: &Output, error: Option<f64>) -> Option<f64> {
     let spread = spread(judged_by(diagnosis), output.signal);
-    let floors = shown_errors(&diagnosis.verdict.fit.noise_floor);
+    let fit = &diagnosis.verdict.fit;
+    let floors = shown_errors(fit, &fit.noise_floor);
     let noise = floors.get(output.signal).copied().unwrap_or(0.0);
     fit_percent(error?, spread, noise)
 }
@@ -559,7 +561,7 @@ fn error_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
             let free =
                 |map| of(map).map_or_else(|| "–".into(), |v| words::digits(reading.difference(v)));
             let normal = |map| of(map).map_or_else(|| "–".into(), words::digits);
-            let percent = fit_of(diagnosis, &output, of(shown_errors(figures)));
+            let percent = fit_of(diagnosis, &output, of(shown_errors(fit, figures)));
             let row = [
                 Cell::from(format!("{}, {label}", signals::titled(output.signal))),
                 Cell::from(reading.unit.clone()),
@@ -577,6 +579,12 @@ fn error_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
         }
     }
     table
+}
+
+/// The noise floor of the shown errors, if it is not above them.
+fn drawn_floor(fit: &Fit, signal: &str) -> Option<f64> {
+    let floor = floor_below(fit, signal);
+    shown_errors(fit, &floor).get(signal).copied()
 }
 
 /// The noise floor of a signal where no model is below it.
@@ -604,9 +612,9 @@ fn floor_below(fit: &Fit, signal: &str) -> FitFigures {
 fn error_bars(diagnosis: &Diagnosis) -> BarChart {
     let fit = &diagnosis.verdict.fit;
     let outputs = diagnosis.outputs();
-    let refitted = shown_errors(&fit.refitted);
+    let refitted = shown_errors(fit, &fit.refitted);
     let relative = |figures: &FitFigures| -> Vec<f64> {
-        let errors = shown_errors(figures);
+        let errors = shown_errors(fit, figures);
         let ratio = |output: &Output| {
             let (error, by) = (errors.get(output.signal)?, refitted.get(output.signal)?);
             Some(error / by)
@@ -615,11 +623,9 @@ fn error_bars(diagnosis: &Diagnosis) -> BarChart {
         ratios.map(|ratio| ratio.unwrap_or(f64::NAN)).collect()
     };
     let floors = outputs.iter().map(|output| {
-        let floor = floor_below(fit, output.signal);
-        let floor = shown_errors(&floor).get(output.signal).copied();
-        floor
-            .zip(refitted.get(output.signal))
-            .map_or(f64::NAN, |(floor, by)| floor / by)
+        let floor = drawn_floor(fit, output.signal);
+        let ratio = floor.zip(refitted.get(output.signal));
+        ratio.map_or(f64::NAN, |(floor, by)| floor / by)
     });
     let floors: Vec<f64> = floors.collect();
     BarChart::new(
