@@ -8,6 +8,12 @@
  * names roles ("role-given") and leaves all colours to the style sheet, so
  * light, dark and paper need no redrawing.
  *
+ * Long columns come packed (24 bits a value, base64) and are drawn thinned to
+ * the pixels at hand, so that zooming in brings more of them.
+ *
+ * Every figure can be saved: PNG and SVG as it stands on the page, in the
+ * colours of paper, and CSV with all its values. Nothing leaves the page.
+ *
  * Text from the data reaches the page through textContent and setAttribute
  * only; no markup is ever built from it.
  */
@@ -24,6 +30,9 @@
   const BOLD_CHARACTER = 7.3;
   const CLICK = 4; // pixels below which a drag is a click
   const FAR = 20000; // pixels; browsers draw garbage much further out
+  const MANY = 3000; // points in view from which a curve is thinned to pixels
+  const TICK_SPACE = 24; // pixels between the ticks of a vertical axis
+  const PNG_SCALE = 2; // pixels of a saved picture per CSS pixel
 
   // ---- numbers ----------------------------------------------------------
 
@@ -58,19 +67,27 @@
     return `${mantissa === 1 ? "" : `${mantissa}×`}10${superscript(whole)}`;
   }
 
+  const LEAST_TICKS = 3; // a scale: two give a distance, the third shows that it is even
+
+  /** The coarsest round steps that put enough ticks into the range. */
   function linearTicks(low, high, wanted) {
-    const raw = (high - low) / Math.max(wanted, 1);
-    const power = 10 ** Math.floor(Math.log10(raw));
-    const step = [1, 2, 5, 10].map((f) => f * power).find((s) => s >= raw * 0.999);
+    const power = 10 ** Math.floor(Math.log10((high - low) / Math.max(wanted, 1)));
+    if (!(power > 0) || !Number.isFinite(power)) return [];
+    const enough = Math.max(LEAST_TICKS, Math.ceil(wanted / 2));
+    const span = (step) => [Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9)];
+    const steps = [10, 5, 2.5, 2, 1, 0.5, 0.25, 0.2, 0.1].map((factor) => factor * power);
+    const step = steps.find((one) => span(one)[1] - span(one)[0] + 1 >= enough) ?? steps.at(-1);
+    const [first, last] = span(step);
+    // A step of 2.5 needs one more decimal than its size.
+    const resolution = Math.abs(step / power - 2.5) < 1e-9 || Math.abs(step / power - 0.25) < 1e-9 ? step / 25 : step;
     const ticks = [];
-    if (!(step > 0)) return ticks;
-    for (let n = Math.ceil(low / step - 1e-9); n <= high / step + 1e-9; n += 1) {
-      ticks.push({ value: n * step, text: numberText(n * step, step) });
+    for (let n = first; n <= last; n += 1) {
+      ticks.push({ value: n * step, text: numberText(n * step, resolution) });
     }
     return ticks;
   }
 
-  /** Decades, some of them left out if many; 1-2-5 within if few. */
+  /** Decades, fewer of them if many; 1-2-5 within if few. */
   function logTicks(low, high, wanted) {
     const decades = Math.log10(high / low);
     if (decades < 0.7) return linearTicks(low, high, wanted).filter((t) => t.value > 0);
@@ -144,6 +161,22 @@
     return from;
   }
 
+  /** The values of a column as `src/report/chart.rs` writes it. */
+  function unpacked(column, series) {
+    if (typeof column === "number") return series[column].x;
+    if (Array.isArray(column)) return Float64Array.from(column, (v) => (v === null ? NaN : v));
+    if (column.count) {
+      return Float64Array.from({ length: column.count }, (_, row) => column.first + row * column.step);
+    }
+    const bytes = atob(column.packed);
+    const { low, high } = column;
+    return Float64Array.from({ length: bytes.length / 3 }, (_, row) => {
+      const [a, b, c] = [0, 1, 2].map((place) => bytes.charCodeAt(3 * row + place));
+      const whole = a * 65536 + b * 256 + c;
+      return whole === 0xffffff ? NaN : low + ((high - low) * whole) / 0xfffffe;
+    });
+  }
+
   // ---- elements ---------------------------------------------------------
 
   function html(tag, className, text) {
@@ -171,11 +204,38 @@
 
   // ---- paths ------------------------------------------------------------
 
+  /**
+   * The points worth drawing: of each pixel column the first, lowest, highest and last,
+   * and a gap. A line through them covers the same pixels as one through all.
+   */
+  function worthDrawing(one, first, last, x) {
+    const rows = [];
+    if (!one.ordered || last - first < MANY) {
+      for (let i = first; i < last; i += 1) rows.push(i);
+      return rows;
+    }
+    for (let i = first; i < last;) {
+      const column = Math.floor(x.at(one.x[i]));
+      const kept = [i, i, i, i, i];
+      let end = i;
+      for (; end < last && (end === i || Math.floor(x.at(one.x[end])) === column); end += 1) {
+        const value = one.y[end];
+        if (Number.isNaN(value)) kept[3] = end;
+        else if (!(value >= one.y[kept[1]])) kept[1] = end;
+        else if (!(value <= one.y[kept[2]])) kept[2] = end;
+      }
+      kept[4] = end - 1;
+      kept.sort((a, b) => a - b).forEach((row) => { if (row !== rows.at(-1)) rows.push(row); });
+      i = end;
+    }
+    return rows;
+  }
+
   /** A line with gaps where a value is missing; lone points become dots. */
   function linePath(one, first, last, x, y, stepped) {
     let path = "";
     let drawing = false;
-    for (let i = first; i < last; i += 1) {
+    for (const i of worthDrawing(one, first, last, x)) {
       const across = x.at(one.x[i]);
       const down = y.at(one.y[i]);
       if (!Number.isFinite(across) || !Number.isFinite(down)) {
@@ -237,13 +297,12 @@
       Object.assign(this, data);
       this.figure = figure;
       this.isLast = isLast;
-      const numbers = (values) => Float64Array.from(values, (v) => (v === null ? NaN : v));
       for (const one of this.series) {
-        one.x = typeof one.x === "number" ? this.series[one.x].x : numbers(one.x);
-        one.y = numbers(one.y);
+        one.x = unpacked(one.x, this.series);
+        one.y = unpacked(one.y, this.series);
       }
       for (const band of this.bands) {
-        for (const column of ["x", "lower", "upper"]) band[column] = numbers(band[column]);
+        for (const column of ["x", "lower", "upper"]) band[column] = unpacked(band[column]);
         band.ordered = true;
       }
       this.build();
@@ -325,7 +384,7 @@
       this.shownHeight = Math.round(this.height * heightShare);
       const bottom = MARGIN_TOP + this.shownHeight;
       this.yScale = makeScale(this.y.logarithmic, this.yRange(view), bottom, MARGIN_TOP);
-      this.yTicks = this.yScale.ticks(Math.max(3, Math.round(this.shownHeight / 38)));
+      this.yTicks = this.yScale.ticks(Math.max(3, Math.round(this.shownHeight / TICK_SPACE)));
       return Math.max(...this.yTicks.map((tick) => tick.text.length), 3);
     }
 
@@ -543,7 +602,7 @@
       // Phase portraits have no direction: there a drag chooses a box.
       this.isBox = this.panels.some((panel) => panel.series.some((one) => !one.ordered && one.x.length));
       this.whole = this.wholeView();
-      this.view = this.whole;
+      this.view = data.view ?? this.whole;
       this.plot.tabIndex = 0;
       this.plot.setAttribute("role", "group");
       this.plot.setAttribute("aria-label", "Chart. Keys: plus and minus zoom, arrows move, 0 resets.");
@@ -552,6 +611,10 @@
       this.reset.addEventListener("click", () => this.zoom(this.whole));
       this.hint = html("div", "hint", "drag to zoom · shift-drag to move · double-click for all");
       this.plot.append(this.reset, this.hint);
+      if (this.panels.some((panel) => panel.series.some((one) => one.thinned))) {
+        element.append(html("p", "note", "Long recording, drawn thinned: magnified views show its envelope."));
+      }
+      tools(element, () => this.csv());
       this.panels.forEach((panel) => this.listen(panel));
       this.plot.addEventListener("keydown", (event) => this.key(event));
       new ResizeObserver(() => {
@@ -580,6 +643,30 @@
       this.panels.forEach((panel) => panel.draw(width, left, this.scale));
       this.reset.hidden = this.view === this.whole;
       if (this.pointer) this.showCursor(this.pointer);
+    }
+
+    /** All values, of each series a column; series with the same x share it. */
+    csv() {
+      const sets = []; // { x, columns }
+      const same = (a, b) => a === b || (a.length === b.length && a.every((value, i) => value === b[i]));
+      const add = (x, name, values) => {
+        let set = sets.find((one) => same(one.x, x));
+        if (!set) sets.push((set = { x, columns: [[withUnit(this.x) || "x", x]] }));
+        set.columns.push([name, values]);
+      };
+      for (const panel of this.panels) {
+        const what = [panel.title || panel.y.label, panel.y.unit && `(${panel.y.unit})`].filter(Boolean).join(" ");
+        for (const one of panel.series) add(one.x, `${what}: ${one.name}`, one.y);
+        for (const band of panel.bands) {
+          add(band.x, `${what}: ${band.name}, lower`, band.lower);
+          add(band.x, `${what}: ${band.name}, upper`, band.upper);
+        }
+      }
+      const columns = sets.flatMap((set) => set.columns);
+      const length = Math.max(0, ...columns.map(([, values]) => values.length));
+      const cell = (value) => (Number.isFinite(value) ? Number(value.toPrecision(9)) : "");
+      const rows = Array.from({ length }, (_, row) => columns.map(([, values]) => cell(values[row])));
+      return [columns.map(([name]) => name), ...rows];
     }
 
     drawForPrint() {
@@ -681,9 +768,177 @@
     }
   }
 
+  // ---- saving -----------------------------------------------------------
+
+  const SVG_STYLES = [
+    "fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "stroke-dasharray", "stroke-linejoin",
+    "stroke-linecap", "paint-order", "opacity", "font-family", "font-size", "font-weight", "text-anchor",
+  ];
+  const NOT_SAVED = ".tools, .hint, .reset, .overlay, output, script";
+
+  /** Writes the style sheet's decisions into a copy of a drawing. */
+  function inlined(original, copy) {
+    const style = getComputedStyle(original);
+    for (const name of SVG_STYLES) copy.setAttribute(name, style.getPropertyValue(name));
+    [...original.children].forEach((child, i) => inlined(child, copy.children[i]));
+  }
+
+  const isVisible = (colour) => colour !== "transparent" && !/, 0\)$|\/ 0\)$/.test(colour);
+
+  /** The words of a text, each where it stands. */
+  function drawWords(node, style, origin, into) {
+    const upright = !style.writingMode.startsWith("vertical");
+    for (const match of node.data.matchAll(/\S+/g)) {
+      const range = document.createRange();
+      range.setStart(node, match.index);
+      range.setEnd(node, match.index + match[0].length);
+      const box = range.getBoundingClientRect();
+      if (!box.width) continue;
+      const size = parseFloat(style.fontSize);
+      const [x, y] = upright
+        ? [box.left - origin.left, (box.top + box.bottom) / 2 - origin.top + 0.35 * size]
+        : [(box.left + box.right) / 2 - origin.left + 0.35 * size, box.bottom - origin.top];
+      const place = upright ? { x, y } : { transform: `translate(${x} ${y}) rotate(-90)` };
+      svg(into, "text", {
+        ...place, fill: style.color, "font-size": style.fontSize,
+        "font-weight": style.fontWeight, "font-family": style.fontFamily,
+      }, match[0]);
+    }
+  }
+
+  function drawBox(element, style, origin, into) {
+    const box = element.getBoundingClientRect();
+    const place = { x: box.left - origin.left, y: box.top - origin.top, width: box.width, height: box.height };
+    const opacity = style.opacity;
+    if (isVisible(style.backgroundColor)) svg(into, "rect", { ...place, fill: style.backgroundColor, opacity });
+    const edge = (side, x) => {
+      const width = parseFloat(style.getPropertyValue(`border-${side}-width`));
+      const stroke = style.getPropertyValue(`border-${side}-color`);
+      if (width > 0 && isVisible(stroke)) {
+        svg(into, "path", { d: `M${x} ${place.y}V${place.y + place.height}`, stroke, "stroke-width": width });
+      }
+    };
+    edge("left", place.x);
+    edge("right", place.x + place.width);
+    if (!element.classList.contains("whisker")) return;
+    const middle = place.y + place.height / 2;
+    svg(into, "path", { d: `M${place.x} ${middle}h${place.width}`, stroke: style.borderLeftColor, "stroke-width": 1.5 });
+  }
+
+  /** Draws an element of the page and all within it. */
+  function drawElement(element, origin, into) {
+    if (element.matches(NOT_SAVED) || !element.getClientRects().length) return;
+    const style = getComputedStyle(element);
+    if (element.namespaceURI === SVG) {
+      const box = element.getBoundingClientRect();
+      const copy = element.cloneNode(true);
+      inlined(element, copy);
+      copy.querySelectorAll(NOT_SAVED).forEach((one) => one.remove());
+      const place = { x: box.left - origin.left, y: box.top - origin.top, width: box.width, height: box.height };
+      for (const [name, value] of Object.entries(place)) copy.setAttribute(name, value);
+      into.append(copy);
+      return;
+    }
+    drawBox(element, style, origin, into);
+    for (const child of element.childNodes) {
+      if (child.nodeType === Node.TEXT_NODE) drawWords(child, style, origin, into);
+      else if (child.nodeType === Node.ELEMENT_NODE) drawElement(child, origin, into);
+    }
+  }
+
+  /** A figure as one drawing with its own colours, those of paper. */
+  function picture(figure) {
+    const root = document.documentElement;
+    root.classList.add("paper");
+    const origin = figure.getBoundingClientRect();
+    const [width, height] = [Math.ceil(origin.width), Math.ceil(origin.height)];
+    const drawing = document.createElementNS(SVG, "svg");
+    for (const [name, value] of Object.entries({ width, height, viewBox: `0 0 ${width} ${height}` })) {
+      drawing.setAttribute(name, value);
+    }
+    svg(drawing, "rect", { width, height, fill: getComputedStyle(document.body).backgroundColor });
+    drawElement(figure, origin, drawing);
+    root.classList.remove("paper");
+    return { text: new XMLSerializer().serializeToString(drawing), width, height };
+  }
+
+  function save(blob, name) {
+    const link = html("a");
+    const address = URL.createObjectURL(blob);
+    link.setAttribute("href", address);
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(address), 10000);
+  }
+
+  function savePng(figure, name) {
+    const { text, width, height } = picture(figure);
+    const image = new Image();
+    image.addEventListener("load", () => {
+      const canvas = html("canvas");
+      canvas.width = PNG_SCALE * width;
+      canvas.height = PNG_SCALE * height;
+      canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+      canvas.toBlob((blob) => save(blob, name), "image/png");
+    });
+    image["src"] = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(text)}`;
+  }
+
+  const csvText = (rows) => rows
+    .map((row) => row.map((cell) => (/[",\n]/.test(cell) ? `"${String(cell).replaceAll('"', '""')}"` : cell)).join(","))
+    .join("\n") + "\n";
+
+  /** Bars: category, group, value. */
+  function barsCsv(figure) {
+    const groups = [...figure.querySelectorAll(".legend li")].map((entry) => entry.textContent);
+    const rows = [...figure.querySelectorAll("tbody")].flatMap((body) => {
+      const name = body.querySelector("th")?.textContent ?? "";
+      const values = [...body.querySelectorAll("td.number")];
+      return values.map((value, i) => [name, groups[i] ?? "", value.textContent.replaceAll("−", "-")]);
+    });
+    const axis = figure.querySelector("p.axis")?.textContent ?? "value";
+    return [["", "", axis], ...rows];
+  }
+
+  const tableCsv = (figure) => [...figure.querySelectorAll("tr")]
+    .map((row) => [...row.cells].map((cell) => cell.textContent.trim().replaceAll("−", "-")));
+
+  /** The buttons below a figure. */
+  function tools(figure, rows) {
+    const bar = html("div", "tools");
+    const caption = figure.querySelector("figcaption")?.textContent || "plot";
+    const name = `${document.title} ${caption}`.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "");
+    const button = (kind, title, act) => {
+      const one = html("button", "", kind);
+      one.type = "button";
+      one.title = title;
+      one.addEventListener("click", act);
+      bar.append(one);
+    };
+    button("PNG", "save this plot as a picture", () => savePng(figure, `${name}.png`));
+    button("SVG", "save this plot as a drawing", () => {
+      save(new Blob([picture(figure).text], { type: "image/svg+xml" }), `${name}.svg`);
+    });
+    button("CSV", "save the values of this plot", () => save(new Blob([csvText(rows())], { type: "text/csv" }), `${name}.csv`));
+    figure.append(bar);
+  }
+
   // ---- the page ---------------------------------------------------------
 
   const figures = [...document.querySelectorAll("figure.chart")].map((one) => new Figure(one));
+  document.querySelectorAll("figure.bars").forEach((one) => tools(one, () => barsCsv(one)));
+  document.querySelectorAll("figure.matrix").forEach((one) => tools(one, () => tableCsv(one)));
+
+  /** A link to a folded section opens it. */
+  const unfold = () => {
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const details = target?.querySelector(":scope > details");
+    if (!details || details.open) return;
+    details.open = true;
+    target.scrollIntoView();
+  };
+  window.addEventListener("hashchange", unfold);
+  unfold();
 
   // Paper is narrower than most windows and cannot open what is closed.
   let closed = [];

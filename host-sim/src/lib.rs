@@ -25,6 +25,7 @@ pub mod report;
 pub mod rig;
 pub mod scenario;
 pub mod settings;
+mod signals;
 pub mod simulate;
 mod text;
 pub mod trial;

@@ -234,26 +234,6 @@ impl fmt::Display for Unit {
     }
 }
 
-/// How a quantity is shown: the unit that keeps its numbers short.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Shown {
-    pub(crate) unit: &'static str,
-    pub(crate) per_si: f64,
-}
-
-/// The unit in which a signal of this SI unit is shown.
-pub(crate) fn shown(unit: &'static str) -> Shown {
-    let (unit, per_si) = match unit {
-        "Pa" => ("kPa", 1e-3),
-        "m" => ("mm", 1e3),
-        "m/s" => ("mm/s", 1e3),
-        "Pa/s" => ("kPa/s", 1e-3),
-        "1" => ("", 1.0),
-        other => (other, 1.0),
-    };
-    Shown { unit, per_si }
-}
-
 /// Spellings that mean the same to everybody, brought to the one of the tables.
 fn canonical(text: &str) -> String {
     let text = text.trim().replace(['µ', 'μ'], "u");

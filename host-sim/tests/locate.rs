@@ -97,7 +97,7 @@ fn prop_white_noise_has_no_place() {
 fn prop_a_misfit_that_grows_with_velocity_is_named_so() {
     let located = planted(|t| 4.0 * velocity(t));
     assert_eq!(leading(&located), "velocity");
-    assert_eq!(located.when, "grows with velocity");
+    assert_eq!(located.when, "increases with velocity");
     let share = located.variables[0].eta_squared;
     // Energy: 16 * (0.5^2 + 0.685^2) / 2 = 5.75 against 1 of noise.
     assert!((share - 5.75 / 6.75).abs() < 0.05, "{share}");
@@ -114,14 +114,14 @@ fn prop_dry_friction_changes_sign_with_velocity() {
 fn prop_an_even_misfit_grows_with_the_size_of_velocity() {
     let located = planted(|t| 6.0 * velocity(t).powi(2));
     assert_eq!(leading(&located), "velocity");
-    assert_eq!(located.when, "grows with abs(velocity)");
+    assert_eq!(located.when, "increases with abs(velocity)");
 }
 
 #[test]
 fn prop_a_misfit_at_one_position_is_found_there() {
     let located = planted(|t| 5.0 * (-((position(t) - 0.06) / 0.02).powi(2)).exp());
     assert_eq!(leading(&located), "position");
-    let place = "changes with position, largest near ";
+    let place = "depends on position, largest near ";
     let rest = located.when.strip_prefix(place).expect(&located.when);
     let place_mm: f64 = rest.trim_end_matches(" mm").parse().expect(rest);
     assert!((place_mm - 60.0).abs() < 15.0, "{rest}");
@@ -173,5 +173,5 @@ fn prop_a_burst_is_found_in_time() {
 #[test]
 fn prop_an_offset_is_called_one() {
     let located = planted(|_| 5.0);
-    assert_eq!(located.when, "an offset that is there all the time");
+    assert_eq!(located.when, "constant offset");
 }

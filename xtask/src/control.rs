@@ -53,7 +53,7 @@ wrong by a normal draw of its stated uncertainty, cut at two deviations (the pap
 that of the practice machines). Each case begins with a new plant and a new controller and 2 s of rest. Judged is
 the true position against the reference that was sent: moves are quintics of at most 0.5 m/s, 2.5 m/s2 and
 60 m/s3; sines swell over their first period and fade over their last, which are not judged. \"Held\": the worst
-of the twenty keeps the mark; in the overview, what misses its mark is **bold**.
+of the twenty reaches the mark; in the overview, values that do not reach their mark are **bold**.
 
 The PID has velocity feedback, feedforward of velocity and acceleration, the dead zone jumped over, and a band of
 rest. Its eight gains were found by a simplex search over the marks themselves (`host-sim/src/closed_loop/tune.rs`),

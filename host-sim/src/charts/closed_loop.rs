@@ -15,17 +15,17 @@ pub fn closed_loop_page(title: &str, run: &Run, judged: &[Judged], how: Provenan
     let mut page = Page::new(title);
     page.lead(lead(judged));
     tiles(&mut page, run, judged);
-    page.section("Part by part", |section| {
+    page.section("By segment", |section| {
         section.text(
-            "The true position against the reference that was sent. Beyond: past the end of the \
-             move before. At rest and the command's movement: from 0.3 s after the part begins.",
+            "True position compared with the reference. Overshoot: beyond the end of the preceding \
+             move. At rest, and command rms: from 0.3 s after the begin of the segment.",
         );
         section.table(table(judged));
     });
     page.section("Over time", |section| {
         if let Some(stop) = &run.end_stop {
             section.callout(format!(
-                "At {} s the carriage ran against the end of its stroke at {} mm.",
+                "At {} s the carriage hit the end of its stroke at {} mm.",
                 number::fixed(stop.time_s, 3),
                 number::fixed(MM_PER_M * stop.position_m, 1)
             ));
@@ -54,7 +54,7 @@ fn lead(judged: &[Judged]) -> String {
         })
     };
     format!(
-        "The load follows its reference within {}, and rests within {} of where it should be.",
+        "The load follows its reference to within {} and stands to within {} of it.",
         mm(largest(judged, while_moving)),
         mm(largest(judged, |part| part.at_rest_m)),
     )
@@ -88,11 +88,11 @@ fn tiles(page: &mut Page, run: &Run, judged: &[Judged]) {
 
 fn table(judged: &[Judged]) -> Table {
     let headings = [
-        "part",
+        "segment",
         "from, s",
         "worst error, mm",
         "RMS error, mm",
-        "beyond, mm",
+        "overshoot, mm",
         "at rest, mm",
         "command, mV RMS",
     ];
@@ -160,10 +160,10 @@ fn plots(run: &Run) -> ChartStack {
         )
         .panel(
             panel("Chambers", "pressure, absolute", "bar")
-                .series(curve("chamber a", Role::Improved, |row| {
+                .series(curve("chamber A", Role::Improved, |row| {
                     row.truth.pressure_a_pa / PA_PER_BAR
                 }))
-                .series(curve("chamber b", Role::Refitted, |row| {
+                .series(curve("chamber B", Role::Refitted, |row| {
                     row.truth.pressure_b_pa / PA_PER_BAR
                 }))
                 .series(

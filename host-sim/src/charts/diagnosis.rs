@@ -1,24 +1,30 @@
-//! The report of a diagnosis: the sentence first, then where, what, the proof,
-//! what it could be confused with, what to record next, parameters, and how it
-//! was made.
+//! The report of a diagnosis: the verdict's sentence, sizes, proof and one plot on the first
+//! screen; then, folded, where, what, the proof, what it could be confused with, what to
+//! record next, parameters, and how it was made.
+//!
+//! The page says nothing of an effect that the verdict does not say: sizes stand on the first
+//! screen, and an effect is called omitted, only where the verdict names it.
 
-use super::{
-    Curve, OPEN_DETAIL, located_misfit, missing_term, needed_input, prediction_stack,
-    shade_intervals, worst_recording,
+use super::locate::{located_misfit, missing_term, needed_input, shade_intervals};
+use super::parameters::{self, Moved};
+use super::prediction::{
+    Curve, OPEN_DETAIL, Prediction, floor_to_draw, signal_panel, worst_recording,
 };
+use super::residuals::{fit_percent, spread};
+use super::test_residuals;
 use crate::diagnose::proof::Run;
 use crate::diagnose::unknown_term;
-use crate::diagnose::verdict::{Effect, Estimate, FitFigures, Verdict, WouldShow};
+use crate::diagnose::verdict::{Effect, Estimate, Fit, FitFigures, Kind, Verdict, WouldShow};
 use crate::diagnose::{BreakAway, Diagnosis, LawDiagnosis, Model, summary, words};
 use crate::effects;
-use crate::identify::Residuals;
+use crate::identify::{Residuals, rms};
 use crate::laws::{Output, Track, balance};
 use crate::recording::Recording;
 use crate::report::{
-    BarChart, Cell, Chart, ChartStack, Page, Provenance, Role, Section, Series, Table,
+    BarChart, Cell, Chart, ChartStack, Page, Provenance, Role, Section, Series, Table, number,
 };
 use crate::rig::Rig;
-use crate::units::shown;
+use crate::signals::{self, Reading};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use std::collections::BTreeMap;
@@ -29,123 +35,239 @@ const HISTOGRAM_BINS: usize = 60;
 const LEAST_BREAK_AWAYS: usize = 3;
 /// Height of their chart, CSS pixels.
 const BREAK_AWAY_HEIGHT_PX: u32 = 190;
+/// Height of a panel of what was recorded.
+const RECORDED_HEIGHT_PX: u32 = 90;
 /// Rows of one segment of a spectrum.
 const SEGMENT_ROWS: usize = 1024;
+
+/// Signals whose proof stands on the first screen.
+const OPEN_PROOFS: usize = 2;
+/// A second signal is shown there if its error falls by more than this factor.
+const LEAST_GAIN: f64 = 1.05;
 
 /// Makes the page.
 pub fn diagnosis_page(title: &str, rig: &Rig, diagnosis: &Diagnosis, how: Provenance) -> Page {
     let verdict = &diagnosis.verdict;
-    let mut page = Page::new(title);
-    page.lead(lead(verdict));
-    tiles(&mut page, diagnosis);
-    page.section("In short", |section| section.table(in_short(diagnosis)));
-    page.section("Where the misfit sits", |section| {
+    let kind = summary::kind(verdict.verdict);
+    let mut page = Page::new(format!("{title}, verdict: {kind}"));
+    page.lead(verdict.sentence.clone());
+    tiles(&mut page, rig, diagnosis);
+    page.opening(|section| first_plot(section, rig, diagnosis));
+    page.folded_section("Summary", |section| section.table(in_short(diagnosis)));
+    page.folded_section("Location of the misfit", |section| {
         where_it_sits(section, rig, diagnosis)
     });
-    page.section("What is missing, and how much of it", |section| {
-        what(section, verdict)
+    page.folded_section(what_heading(verdict), |section| what(section, verdict));
+    page.folded_section(proof_heading(diagnosis), |section| {
+        proof(section, rig, diagnosis)
     });
-    page.section("The proof", |section| proof(section, rig, diagnosis));
-    page.section(
-        "What it could be confused with, and what to record next",
-        |section| {
-            confusions(section, verdict);
-        },
-    );
+    page.folded_section("Alternatives and the next experiment", |section| {
+        confusions(section, verdict);
+    });
     if !verdict.would_show.is_empty() {
-        page.section("What these recordings would have shown", |section| {
+        page.folded_section("Detection limits of these recordings", |section| {
             would_have_shown(section, verdict)
         });
     }
-    page.section("Parameters", |section| parameters(section, verdict));
+    page.folded_section("Parameters", |section| parameters(section, rig, verdict));
     let fits: usize = diagnosis.laws.iter().map(|law| law.fits).sum();
     page.provenance(how.fact("models fitted", fits));
     page
 }
 
+/// Whether the verdict stands for its effects; else they are candidates.
+fn is_named(verdict: &Verdict) -> bool {
+    verdict.verdict == Kind::Named
+}
+
+fn what_heading(verdict: &Verdict) -> &'static str {
+    if is_named(verdict) && !verdict.effects.is_empty() {
+        "Omitted physics and its size"
+    } else {
+        "Effects considered"
+    }
+}
+
+fn proof_heading(diagnosis: &Diagnosis) -> &'static str {
+    if diagnosis.held_out.is_empty() {
+        "Errors on the training recordings (no held-out recording given)"
+    } else {
+        "Proof on held-out recordings"
+    }
+}
+
 /// The five lines of the terminal.
 fn in_short(diagnosis: &Diagnosis) -> Table {
     let lines = summary::five_lines(diagnosis).into_iter();
-    lines.fold(
-        Table::new(["question", "answer"]),
-        |table, (label, line)| table.row([Cell::from(label), Cell::from(line)]),
-    )
+    lines.fold(Table::new(["", ""]), |table, (label, line)| {
+        table.row([Cell::from(label), Cell::from(line)])
+    })
 }
 
-/// The sentence; where effects are named, without their sizes, which follow in
-/// a table.
-fn lead(verdict: &Verdict) -> String {
-    if verdict.effects.is_empty() {
-        return verdict.sentence.clone();
-    }
-    let named: Vec<String> = verdict
-        .effects
-        .iter()
-        .map(|effect| {
-            let places: Vec<&str> = effect.places.iter().map(String::as_str).collect();
-            words::effect_at_places(&effect.effect, effect.form.as_deref(), &places)
-        })
-        .collect();
-    format!("The model leaves out {}.", words::list(&named))
-}
-
-fn kind_word(verdict: &Verdict) -> String {
-    serde_json::to_value(verdict.verdict)
-        .ok()
-        .and_then(|value| value.as_str().map(|word| word.replace('-', " ")))
-        .unwrap_or_default()
-}
-
-/// Errors of the free run: held out where there are any.
-fn shown_errors(figures: &FitFigures) -> &BTreeMap<String, f64> {
-    if figures.free_run_held_out.is_empty() {
+/// Errors of the free run of one of the models: held out where there is a held-out recording.
+fn shown_errors<'f>(fit: &Fit, figures: &'f FitFigures) -> &'f BTreeMap<String, f64> {
+    if fit.refitted.free_run_held_out.is_empty() {
         &figures.free_run_train
     } else {
         &figures.free_run_held_out
     }
 }
 
-fn tiles(page: &mut Page, diagnosis: &Diagnosis) {
-    let verdict = &diagnosis.verdict;
-    page.tile("verdict", kind_word(verdict), "", "");
-    for effect in &verdict.effects {
-        let (what, number, unit) =
-            main_size(effect).map_or_else(Default::default, |size| size.parts());
-        let note = format!(
-            "{what}; there with probability {:.2}, accounts for {}",
-            effect.probability,
-            accounted_for(effect)
-        );
-        let note = note.trim_start_matches("; ");
-        page.tile(effect.effect.replace('-', " "), number, unit, note);
-    }
-    let which = if verdict.fit.improved.free_run_held_out.is_empty() {
-        "error, training"
+/// The recordings that the shown errors are of.
+fn judged_by(diagnosis: &Diagnosis) -> &[Recording] {
+    if diagnosis.held_out.is_empty() {
+        &diagnosis.train
     } else {
-        "error, held out"
-    };
-    for output in diagnosis.outputs() {
-        let unit = shown(output.unit);
-        let pick = |figures: &FitFigures| {
-            shown_errors(figures)
-                .get(output.signal)
-                .map_or_else(String::new, |value| words::digits(value * unit.per_si))
-        };
-        page.tile(
-            format!("{}: {which}", output.signal),
-            pick(&verdict.fit.improved),
-            unit.unit,
-            format!(
-                "was {} refitted, {} as given",
-                pick(&verdict.fit.refitted),
-                pick(&verdict.fit.as_given)
-            ),
-        );
+        &diagnosis.held_out
     }
 }
 
-/// The part of its law's misfit that an effect accounts for. What it mends may be more than
-/// was missed: without it the others are bent to hide it.
+fn tiles(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis) {
+    let verdict = &diagnosis.verdict;
+    if is_named(verdict) {
+        for effect in &verdict.effects {
+            effect_tile(page, effect);
+        }
+    }
+    let mut outputs = diagnosis.outputs();
+    outputs.sort_by(|a, b| gain(verdict, b).total_cmp(&gain(verdict, a)));
+    let tells = |place: usize, output: &Output| place == 0 || gain(verdict, output) > LEAST_GAIN;
+    for (place, output) in outputs.iter().enumerate().take(OPEN_PROOFS) {
+        if tells(place, output) {
+            proof_tile(page, rig, diagnosis, output);
+        }
+    }
+}
+
+fn effect_tile(page: &mut Page, effect: &Effect) {
+    let sizes = sizes_of(effect);
+    let (what, number, unit) = sizes
+        .first()
+        .map_or_else(Default::default, words::Size::parts);
+    let others: Vec<String> = sizes.iter().skip(1).map(words::Size::spoken).collect();
+    let facts = [
+        what,
+        format!("probability {}", words::percent(effect.probability)),
+        format!("explains {} of the misfit", accounted_for(effect)),
+        others.join("; "),
+    ];
+    let facts: Vec<String> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
+    let number = number.replace('-', "−");
+    page.tile(
+        effect.effect.replace('-', " "),
+        number,
+        unit,
+        facts.join("; "),
+    );
+}
+
+/// How much smaller the error of an output is with what was found.
+fn gain(verdict: &Verdict, output: &Output) -> f64 {
+    let fit = &verdict.fit;
+    let of = |figures: &FitFigures| shown_errors(fit, figures).get(output.signal).copied();
+    let (refitted, improved) = (of(&fit.refitted), of(&fit.improved));
+    let gain = refitted
+        .zip(improved)
+        .map(|(refitted, improved)| refitted / improved);
+    gain.filter(|gain| gain.is_finite()).unwrap_or(0.0)
+}
+
+fn proof_tile(page: &mut Page, rig: &Rig, diagnosis: &Diagnosis, output: &Output) {
+    let fit = &diagnosis.verdict.fit;
+    let reading = Reading::of_signal(rig, output.signal);
+    let error = |figures: &FitFigures| shown_errors(fit, figures).get(output.signal).copied();
+    let digits = |figures: &FitFigures| {
+        error(figures).map_or_else(
+            || "–".into(),
+            |value| words::digits(reading.difference(value)),
+        )
+    };
+    let which = if diagnosis.held_out.is_empty() {
+        "training error"
+    } else {
+        "held-out error"
+    };
+    let refitted = format!("{} refitted", digits(&fit.refitted));
+    let given = format!("{} as given", digits(&fit.as_given));
+    let percent = fit_of(diagnosis, output, error(&fit.improved));
+    let percent = percent.map(|fit| format!("fit {} %", number::fixed(fit, 1)));
+    let notes: Vec<String> = [Some(refitted), Some(given), percent]
+        .into_iter()
+        .flatten()
+        .collect();
+    page.tile(
+        format!("{}, rms {which}", signals::titled(output.signal)),
+        digits(&fit.improved),
+        reading.unit.clone(),
+        notes.join("; "),
+    );
+}
+
+/// The fit of an output with this error.
+fn fit_of(diagnosis: &Diagnosis, output: &Output, error: Option<f64>) -> Option<f64> {
+    let spread = spread(judged_by(diagnosis), output.signal);
+    let fit = &diagnosis.verdict.fit;
+    let floors = shown_errors(fit, &fit.noise_floor);
+    let noise = floors.get(output.signal).copied().unwrap_or(0.0);
+    fit_percent(error?, spread, noise)
+}
+
+/// The signal that the refitted model misses most beside its noise, where that is; of
+/// recordings that drive no law, what was recorded.
+fn first_plot(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
+    let recordings = judged_by(diagnosis);
+    let worst = diagnosis.laws.iter().flat_map(|law| {
+        let residuals = residuals(
+            rig,
+            law,
+            &law_runs(diagnosis, law)[Model::Refitted as usize],
+            recordings,
+        );
+        let places = residuals.iter().zip(&law.floor).enumerate();
+        let over_noise = |(place, (columns, floor)): (usize, (&Vec<Vec<f64>>, &f64))| {
+            (law, place, rms(columns) / floor.max(f64::MIN_POSITIVE))
+        };
+        places.map(over_noise).collect::<Vec<_>>()
+    });
+    let finite = worst.filter(|(_, _, over)| over.is_finite());
+    let Some((law, place, _)) = finite.max_by(|a, b| a.2.total_cmp(&b.2)) else {
+        return recorded_signals(section, rig, diagnosis);
+    };
+    let residuals = all_residuals(rig, law, law_runs(diagnosis, law), recordings);
+    let shown = worst_recording(&residuals[Model::Refitted as usize]);
+    if let Some(stack) = comparison(rig, law, &residuals, recordings, shown, Some(place)) {
+        section.chart(stack);
+    }
+}
+
+/// The runs on the recordings that prove, or else on the training ones.
+fn law_runs<'a>(diagnosis: &Diagnosis, law: &'a LawDiagnosis) -> &'a [Vec<Option<Run>>] {
+    if diagnosis.held_out.is_empty() {
+        &law.train
+    } else {
+        &law.held_out
+    }
+}
+
+/// What was recorded, of the recording that the verdict speaks of.
+fn recorded_signals(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
+    let sentence = &diagnosis.verdict.sentence;
+    let mut recordings = diagnosis.train.iter();
+    let spoken_of = recordings.find(|one| !one.name.is_empty() && sentence.contains(&one.name));
+    let Some(recording) = spoken_of.or(diagnosis.train.first()) else {
+        return;
+    };
+    let track = Track::still(recording);
+    let panels = recording.signals.keys();
+    let panels = panels.filter_map(|signal| signal_panel(rig, &track, signal));
+    let stack = panels.fold(ChartStack::new(recording.name.clone()), |stack, panel| {
+        stack.panel(panel.height(RECORDED_HEIGHT_PX).detail(OPEN_DETAIL))
+    });
+    section.chart(stack);
+}
+
+/// The share of its law's misfit that an effect explains. It may exceed the whole misfit:
+/// without the effect the other parameters are bent to hide it.
 fn accounted_for(effect: &Effect) -> String {
     format!("{:.0} %", 100.0 * effect.share.min(1.0))
 }
@@ -170,20 +292,15 @@ fn spoken(effect: &Effect) -> String {
     sizes.join("; ")
 }
 
-/// The first of the sizes.
-fn main_size(effect: &Effect) -> Option<words::Size> {
-    sizes_of(effect).into_iter().next()
-}
-
 fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
     let verdict = &diagnosis.verdict;
     if !verdict.located.is_empty() {
-        let mut table = Table::new(["place", "part of its law's misfit", "signals", "when"]);
+        let mut table = Table::new(["place", "share of its law's misfit", "signals", "pattern"]);
         for located in &verdict.located {
             table = table.row([
-                Cell::from(located.place.as_str()),
+                Cell::from(words::place(&located.place)),
                 Cell::from(format!("{:.0} %", 100.0 * located.share)),
-                Cell::from(located.signals.join(", ")),
+                Cell::from(signal_names(&located.signals)),
                 Cell::from(located.when.as_str()),
             ]);
         }
@@ -192,65 +309,67 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
     for law in &diagnosis.laws {
         section.subheading(format!("Law: {}", law.law.title()));
         section.text(
-            "Each law is driven by recorded signals in place of its neighbours, so that an error of one cannot hide in another. \
-             Shaded: where the refitted model misses most.",
+            "Recorded signals drive each law in place of its neighbours, so an error of one law cannot hide in another. \
+             Shaded: intervals with the largest misfit of the refitted model.",
         );
         let train = &diagnosis.train;
         let residuals = all_residuals(rig, law, &law.train, train);
         let shown = worst_recording(&residuals[Model::Refitted as usize]);
-        if let Some(stack) = comparison(rig, law, &residuals, train, shown) {
+        if let Some(stack) = comparison(rig, law, &residuals, train, shown, None) {
             section.chart(shade_intervals(stack, &law.located, &train[shown].name));
         }
         for located in &law.located {
-            located_misfit(section, located, Role::Refitted);
+            located_misfit(section, rig, located, Role::Refitted);
         }
         if law.break_aways.len() >= LEAST_BREAK_AWAYS {
             section.chart(break_aways(&law.break_aways));
         }
         if let Some(input) = &law.input {
-            needed_input(section, input, Role::Refitted);
+            needed_input(section, rig, input, Role::Refitted);
         }
         if let Some(term) = &law.term {
             let table =
                 unknown_term::table(term.shape, &law.candidates[term.candidate], &law.improved);
-            missing_term(section, term.shape, &table, 1.0 - term.share);
+            missing_term(section, rig, term.shape, &table, 1.0 - term.share);
         }
     }
     if let Some(velocity) = &diagnosis.velocity {
         section.subheading("Position and velocity");
         section.text(
-            "No law needs the recorded velocity. It is the rate of the position, within the noise of both: here it is not.",
+            "No law uses the recorded velocity. It differs from the rate of the recorded position by more than the noise of both sensors.",
         );
-        located_misfit(section, velocity, Role::Refitted);
+        located_misfit(section, rig, velocity, Role::Refitted);
     }
 }
 
 /// Each break-away of the training recordings, over the time that the carriage had stood.
 fn break_aways(events: &[BreakAway]) -> Chart {
-    let of = |name: &str, role: Role, missed_n: fn(&BreakAway) -> f64| {
-        let points = events.iter().map(|event| (event.rest_s, missed_n(event)));
+    let of = |name: &str, role: Role, misfit_n: fn(&BreakAway) -> f64| {
+        let points = events.iter().map(|event| (event.rest_s, misfit_n(event)));
         Series::new(name, role, points).dots()
     };
     let longest_s = events.iter().map(|event| event.rest_s).fold(0.0, f64::max);
     let known = [0.0, longest_s].map(|rest_s| (rest_s, -balance::KNOWN_TO_N, balance::KNOWN_TO_N));
-    Chart::new("Break-aways: the force at which the carriage left, recorded − predicted")
-        .x_axis("time at rest before", "s")
+    Chart::new("Break-away force, recorded − predicted")
+        .x_axis("time at rest before break-away", "s")
         .y_axis("force", "N")
         .height(BREAK_AWAY_HEIGHT_PX)
-        .band("what a force is known to", Role::Noise, known)
+        .band("uncertainty of the force", Role::Noise, known)
         .series(of("refitted", Role::Refitted, |event| event.refitted_n))
         .series(of("improved", Role::Improved, |event| event.improved_n))
         .level(0.0, "")
-        .note("A point is one moment in which the carriage left its place. The faster the force rises, the less exactly it is known: such points are drawn nearer to nought, by as much.")
+        .note("Each point is one break-away. The faster the force rises, the larger its uncertainty: such points are shrunk towards zero accordingly.")
 }
 
-/// Recorded against predicted, with the misfits and what drove the law, for one recording.
+/// Recorded against predicted with the misfits for one recording: one output, or all with
+/// what drove the law.
 fn comparison(
     rig: &Rig,
     law: &LawDiagnosis,
     residuals: &[Residuals],
     recordings: &[Recording],
     shown: usize,
+    output: Option<usize>,
 ) -> Option<ChartStack> {
     let recording = recordings.get(shown)?;
     let models = [
@@ -264,11 +383,16 @@ fn comparison(
         residuals: &residuals[model as usize],
         shows_misfit: model != Model::Given,
     });
-    let track = Track::new(recording);
-    let detail = OPEN_DETAIL;
-    Some(prediction_stack(
-        law.law, rig, &track, shown, &curves, &law.floor, detail,
-    ))
+    let prediction = Prediction {
+        law: law.law,
+        rig,
+        track: &Track::new(recording),
+        recording: shown,
+        curves: &curves,
+        floor: &law.floor,
+        detail: OPEN_DETAIL,
+    };
+    Some(output.map_or_else(|| prediction.stack(), |place| prediction.stack_of(place)))
 }
 
 /// The residuals of every model.
@@ -310,27 +434,34 @@ fn residuals(
 
 fn by_chance(effect: &Effect) -> String {
     match effect.by_chance {
-        Some(by_chance) => format!("{:.0} % or less", 100.0 * by_chance),
-        None => "not asked".into(),
+        Some(by_chance) => format!("at most {:.0} %", 100.0 * by_chance),
+        None => "not tested".into(),
     }
 }
 
 fn what(section: &mut Section, verdict: &Verdict) {
     if verdict.effects.is_empty() {
-        section.text("No effect is named.");
+        section.text("The verdict names no effect.");
     } else {
+        if !is_named(verdict) {
+            section.text("The verdict does not name these effects: they are candidates.");
+        }
         let mut table = Table::new([
             "effect",
             "meaning",
             "size",
             "probability",
-            "accounts for (of its law's misfit)",
-            "a refit would hide",
-            "chance does as well",
+            "share of its law's misfit",
+            "hidden by a refit of the other parameters",
+            "probability of the same gain by chance",
         ]);
         for effect in &verdict.effects {
             table = table.row([
-                Cell::from(format!("{} at {}", effect.effect, effect.places.join(", "))),
+                Cell::from(effect_in_words(
+                    &effect.effect,
+                    effect.form.as_deref(),
+                    &effect.places,
+                )),
                 Cell::from(words::meaning(&effect.effect, effect.form.as_deref())),
                 Cell::from(spoken(effect)),
                 Cell::number(effect.probability, 2),
@@ -347,20 +478,13 @@ fn what(section: &mut Section, verdict: &Verdict) {
     if verdict.ranking.is_empty() {
         return;
     }
-    section.subheading("Everything that was tried");
+    section.subheading("All candidates");
     section.text(
-        "The gain is that in log-likelihood on parts of the training data, each counted once: parts that were left out of the fit or, \
-         where recordings are so long that rows in and out of a fit are missed alike, parts that were in it. \
-         Of effects that promised too little to be fitted it is what they promised. \
-         An effect is named when it accounts for a material part of what is missing and makes these parts plainly or everywhere better predicted.",
+        "Gain: increase in log-likelihood on parts of the training data that were not fitted; for long recordings, on the fitted rows. \
+         For candidates that were not fitted, the gain of a linearised fit. \
+         An effect is accepted if it explains a material share of the misfit and improves the prediction of these parts clearly, or of all of them.",
     );
-    let mut table = Table::new([
-        "effect",
-        "places",
-        "gain",
-        "probability",
-        "declined because",
-    ]);
+    let mut table = Table::new(["effect", "places", "gain", "probability", "result"]);
     for ranked in &verdict.ranking {
         let form = ranked
             .form
@@ -368,8 +492,8 @@ fn what(section: &mut Section, verdict: &Verdict) {
             .map(|form| format!(" ({form})"))
             .unwrap_or_default();
         table = table.row([
-            Cell::from(format!("{}{form}", ranked.effect)),
-            Cell::from(ranked.places.join(", ")),
+            Cell::from(format!("{}{form}", ranked.effect.replace('-', " "))),
+            Cell::from(places_in_words(&ranked.places)),
             Cell::number(ranked.gain, 2),
             Cell::number(ranked.probability, 2),
             Cell::from(ranked.declined.as_deref().unwrap_or("accepted")),
@@ -380,10 +504,10 @@ fn what(section: &mut Section, verdict: &Verdict) {
 
 fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
     section.text(
-        "Every parameter was frozen before a held-out recording was read. What belongs to a recording (its initial states, the skew of its logger) is estimated from it for every model alike. \
-         A carriage, whose position integrates every error of force twice, is begun anew every 0.25 s; all else runs free over the whole recording.",
+        "All shared parameters were frozen before the held-out recordings were read. The initial states of a recording, and the time skew of its logger, are estimated from that recording for every model. \
+         The carriage position is predicted in windows of 0.25 s, as it integrates every force error twice; all other signals are predicted over the whole recording.",
     );
-    section.table(error_table(diagnosis));
+    section.table(error_table(rig, diagnosis));
     section.bars(error_bars(diagnosis));
     let held = !diagnosis.held_out.is_empty();
     for law in &diagnosis.laws {
@@ -394,49 +518,56 @@ fn proof(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
         };
         let residuals = all_residuals(rig, law, runs, recordings);
         let shown = worst_recording(&residuals[Model::Refitted as usize]);
-        let stack = comparison(rig, law, &residuals, recordings, shown);
+        let stack = comparison(rig, law, &residuals, recordings, shown, None);
         if let Some(stack) = stack.filter(|_| held) {
             section.chart(stack);
         }
+        section.subheading(format!("Residual tests: {}", law.law.title()));
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let [_, refitted, improved] = &residuals;
+        let models = [
+            ("refitted", Role::Refitted, refitted),
+            ("improved", Role::Improved, improved),
+        ];
+        test_residuals(section, law.law, rig, &tracks, &models);
         for (index, output) in law.law.outputs(rig).iter().enumerate() {
-            residual_charts(section, &residuals, recordings, (index, shown), output);
+            residual_charts(section, rig, &residuals, recordings, (index, shown), output);
         }
     }
 }
 
-/// Free-run errors, and those over the horizon.
-fn error_table(diagnosis: &Diagnosis) -> Table {
+/// Free-run errors, those over the horizon, and the fit.
+fn error_table(rig: &Rig, diagnosis: &Diagnosis) -> Table {
     let fit = &diagnosis.verdict.fit;
     let mut table = Table::new([
-        "error, rms",
+        "rms error",
         "unit",
         "training",
-        "held out",
-        "horizon, training (normalised)",
-        "horizon, held out (normalised)",
+        "held-out",
+        "fit, %",
+        "horizon / spread, training",
+        "horizon / spread, held-out",
     ]);
     for output in diagnosis.outputs() {
-        let unit = shown(output.unit);
+        let reading = Reading::of_signal(rig, output.signal);
         let models = [
             ("as given", &fit.as_given),
             ("refitted", &fit.refitted),
             ("improved", &fit.improved),
-            ("noise floor", &fit.noise_floor),
+            ("noise floor", &floor_below(fit, output.signal)),
         ];
         for (label, figures) in models {
-            let free = |map: &BTreeMap<String, f64>| {
-                map.get(output.signal)
-                    .map_or_else(String::new, |v| words::digits(v * unit.per_si))
-            };
-            let normal = |map: &BTreeMap<String, f64>| {
-                map.get(output.signal)
-                    .map_or_else(String::new, |v| words::digits(*v))
-            };
+            let of = |map: &BTreeMap<String, f64>| map.get(output.signal).copied();
+            let free =
+                |map| of(map).map_or_else(|| "–".into(), |v| words::digits(reading.difference(v)));
+            let normal = |map| of(map).map_or_else(|| "–".into(), words::digits);
+            let percent = fit_of(diagnosis, &output, of(shown_errors(fit, figures)));
             let row = [
-                Cell::from(format!("{}, {label}", output.signal)),
-                Cell::from(unit.unit),
+                Cell::from(format!("{}, {label}", signals::titled(output.signal))),
+                Cell::from(reading.unit.clone()),
                 Cell::from(free(&figures.free_run_train)),
                 Cell::from(free(&figures.free_run_held_out)),
+                percent.map(|percent| Cell::number(percent, 1)).into(),
                 Cell::from(normal(&figures.train)),
                 Cell::from(normal(&figures.held_out)),
             ];
@@ -450,14 +581,40 @@ fn error_table(diagnosis: &Diagnosis) -> Table {
     table
 }
 
+/// The noise floor of the shown errors, if it is not above them.
+fn drawn_floor(fit: &Fit, signal: &str) -> Option<f64> {
+    let floor = floor_below(fit, signal);
+    shown_errors(fit, &floor).get(signal).copied()
+}
+
+/// The noise floor of a signal where no model is below it.
+fn floor_below(fit: &Fit, signal: &str) -> FitFigures {
+    let of = |pick: fn(&FitFigures) -> &BTreeMap<String, f64>| {
+        let error = |figures| pick(figures).get(signal).copied();
+        let errors = [&fit.refitted, &fit.improved].into_iter().filter_map(error);
+        let least = errors.fold(f64::NAN, f64::min);
+        let floor = error(&fit.noise_floor).and_then(|floor| floor_to_draw(floor, least));
+        floor
+            .map(|floor| (signal.to_owned(), floor))
+            .into_iter()
+            .collect()
+    };
+    FitFigures {
+        train: of(|figures| &figures.train),
+        held_out: of(|figures| &figures.held_out),
+        free_run_train: of(|figures| &figures.free_run_train),
+        free_run_held_out: of(|figures| &figures.free_run_held_out),
+    }
+}
+
 /// Each model's error against that of the refitted one: how far an effect brings it towards the
 /// noise. The rig as given, whose numbers alone may be off, would dwarf both.
 fn error_bars(diagnosis: &Diagnosis) -> BarChart {
     let fit = &diagnosis.verdict.fit;
     let outputs = diagnosis.outputs();
-    let refitted = shown_errors(&fit.refitted);
+    let refitted = shown_errors(fit, &fit.refitted);
     let relative = |figures: &FitFigures| -> Vec<f64> {
-        let errors = shown_errors(figures);
+        let errors = shown_errors(fit, figures);
         let ratio = |output: &Output| {
             let (error, by) = (errors.get(output.signal)?, refitted.get(output.signal)?);
             Some(error / by)
@@ -465,39 +622,49 @@ fn error_bars(diagnosis: &Diagnosis) -> BarChart {
         let ratios = outputs.iter().map(ratio);
         ratios.map(|ratio| ratio.unwrap_or(f64::NAN)).collect()
     };
+    let floors = outputs.iter().map(|output| {
+        let floor = drawn_floor(fit, output.signal);
+        let ratio = floor.zip(refitted.get(output.signal));
+        ratio.map_or(f64::NAN, |(floor, by)| floor / by)
+    });
+    let floors: Vec<f64> = floors.collect();
     BarChart::new(
-        "Error, relative to the refitted model",
-        outputs.iter().map(|output| output.signal),
+        "Error relative to the refitted model",
+        outputs.iter().map(|output| signals::titled(output.signal)),
     )
-    .axis("relative error", "")
+    .axis("relative rms error", "")
     .digits(3)
     .bars("refitted", Role::Refitted, relative(&fit.refitted))
     .bars("improved", Role::Improved, relative(&fit.improved))
-    .bars("noise floor", Role::Noise, relative(&fit.noise_floor))
+    .bars("noise floor", Role::Noise, floors)
+    .note("A dash: the estimated noise floor is not below the error.")
 }
 
-/// Histogram and spectrum of what is left, before and after.
+/// Histogram and spectrum of the residual, before and after.
 fn residual_charts(
     section: &mut Section,
+    rig: &Rig,
     residuals: &[Residuals],
     recordings: &[Recording],
     (index, recording): (usize, usize),
     output: &Output,
 ) {
-    let unit = shown(output.unit);
+    let reading = Reading::of_signal(rig, output.signal);
+    let unit = &reading.unit;
+    let name = signals::titled(output.signal);
     let of = |model: Model| -> Vec<f64> {
         let of_output = &residuals[model as usize][index];
         let shown = of_output.get(recording).into_iter().flatten();
-        let values = shown.map(|residual| residual * unit.per_si);
+        let values = shown.map(|residual| reading.difference(*residual));
         values.filter(|residual| residual.is_finite()).collect()
     };
     let (before, after) = (of(Model::Refitted), of(Model::Improved));
     if before.is_empty() {
         return;
     }
-    let histogram = Chart::new(format!("{}: errors", output.signal))
-        .x_axis("error", unit.unit)
-        .y_axis("density", format!("1/{}", unit.unit))
+    let histogram = Chart::new(format!("{name}: distribution of the residual"))
+        .x_axis("residual", unit.clone())
+        .y_axis("density", format!("1/{unit}"))
         .series(Series::histogram(
             "refitted",
             Role::Refitted,
@@ -513,9 +680,9 @@ fn residual_charts(
     let step_s = recordings.get(recording).map_or(1.0, |recording| {
         crate::laws::median_step_s(&recording.time_s)
     });
-    let spectrum = Chart::new(format!("{}: spectrum of the errors", output.signal))
+    let spectrum = Chart::new(format!("{name}: spectrum of the residual"))
         .x_axis("frequency", "Hz")
-        .y_axis("amplitude density", format!("{}/√Hz", unit.unit))
+        .y_axis("amplitude density", format!("{unit}/√Hz"))
         .logarithmic_x()
         .logarithmic_y()
         .series(Series::new(
@@ -576,18 +743,17 @@ fn amplitude_density(values: &[f64], step_s: f64) -> Vec<(f64, f64)> {
 
 fn confusions(section: &mut Section, verdict: &Verdict) {
     if verdict.alternatives.is_empty() {
-        section.text(
-            "No other effect of the list explains the recordings as well as those that are named.",
-        );
+        section.text("No other effect of the list explains the recordings equally well.");
     }
     for pair in &verdict.alternatives {
+        let pair: Vec<String> = pair.iter().map(|name| name.replace('-', " ")).collect();
         section.callout(format!(
-            "These recordings cannot tell {}.",
-            pair.join(" from ")
+            "These recordings cannot distinguish {}.",
+            words::list(&pair)
         ));
     }
     if let Some(next) = &verdict.next_experiment {
-        section.subheading("What to record next");
+        section.subheading("Next experiment");
         section.text(next.clone());
     }
 }
@@ -595,21 +761,20 @@ fn confusions(section: &mut Section, verdict: &Verdict) {
 /// From which size on effects that are not there would have been looked into.
 fn would_have_shown(section: &mut Section, verdict: &Verdict) {
     section.text(
-        "Where a law is explained to the noise, from these sizes on an effect would have left a misfit that a refit cannot take up.",
+        "For laws whose misfit is at the noise floor: from the detection limit on, an effect would have left a misfit that a refit cannot absorb.",
     );
     let headings = [
         "effect",
-        "would show from",
-        "matters from",
-        "could be there",
+        "detection limit",
+        "relevant from",
+        "may be present undetected",
     ];
     let row = |table: Table, effect: &WouldShow| {
-        let places: Vec<&str> = effect.places.iter().map(String::as_str).collect();
-        let what = words::effect_at_places(&effect.effect, effect.form.as_deref(), &places);
+        let what = effect_in_words(&effect.effect, effect.form.as_deref(), &effect.places);
         let from = effect.from.as_ref();
         table.row([
             Cell::from(what),
-            Cell::from(from.map_or("no size".into(), words::sizes)),
+            Cell::from(from.map_or("not detectable".into(), words::sizes)),
             Cell::from(words::sizes(&effect.matters_from)),
             Cell::from(if effect.hides { "yes" } else { "" }),
         ])
@@ -618,7 +783,10 @@ fn would_have_shown(section: &mut Section, verdict: &Verdict) {
     section.table(verdict.would_show.iter().fold(table, row));
 }
 
-fn parameters(section: &mut Section, verdict: &Verdict) {
+fn parameters(section: &mut Section, rig: &Rig, verdict: &Verdict) {
+    if let Some(chart) = parameters::prior_to_posterior(&moved(rig, verdict)) {
+        section.bars(chart);
+    }
     let mut table = Table::new([
         "parameter",
         "given",
@@ -629,7 +797,7 @@ fn parameters(section: &mut Section, verdict: &Verdict) {
     let cell = |value: Option<f64>| Cell::from(value.map_or_else(|| "–".to_owned(), words::digits));
     for (key, parameter) in &verdict.parameters {
         table = table.row([
-            Cell::from(key.as_str()),
+            Cell::from(parameters::label(key)),
             cell(parameter.given),
             cell(parameter.refitted),
             cell(parameter.improved),
@@ -638,3 +806,35 @@ fn parameters(section: &mut Section, verdict: &Verdict) {
     }
     section.table(table);
 }
+
+/// The parameters that the rig file states with an uncertainty.
+fn moved(rig: &Rig, verdict: &Verdict) -> Vec<Moved> {
+    let moved = |(key, parameter): (&String, &crate::diagnose::verdict::Parameter)| {
+        Some(Moved {
+            key: key.clone(),
+            given: rig.value(key)?,
+            prior_sd: rig.uncertainty_sd(key)?,
+            fitted: parameter.improved?,
+            fitted_sd: parameter.std,
+        })
+    };
+    verdict.parameters.iter().filter_map(moved).collect()
+}
+
+fn effect_in_words(effect: &str, form: Option<&str>, places: &[String]) -> String {
+    let places: Vec<&str> = places.iter().map(String::as_str).collect();
+    words::effect_at_places(effect, form, &places)
+}
+
+fn places_in_words(places: &[String]) -> String {
+    let places: Vec<String> = places.iter().map(|place| words::place(place)).collect();
+    places.join(", ")
+}
+
+fn signal_names(names: &[String]) -> String {
+    let names: Vec<&str> = names.iter().map(|one| signals::spoken(one)).collect();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,12 +1,17 @@
 //! The page of `pneuma fit`.
 
-use super::capitalised;
-use super::prediction::{CLOSED_DETAIL, Curve, OPEN_DETAIL, prediction_stack, worst_recording};
+use super::parameters::{self, Moved};
+use super::prediction::{
+    CLOSED_DETAIL, Curve, OPEN_DETAIL, Prediction, floor_to_draw, worst_recording,
+};
+use super::residuals::{fit_percent, spread};
+use super::{capitalised, test_residuals};
+use crate::diagnose::words;
 use crate::identify::{BeforeAfter, FittedParameter, LawFit, Residuals, SignalError};
 use crate::laws::Track;
-use crate::report::{BarChart, Cell, Matrix, Page, Role, Section, Table, number};
+use crate::report::{Cell, Matrix, Page, Role, Section, Table, number};
 use crate::rig::Rig;
-use crate::units::shown;
+use crate::signals::{self, Reading};
 
 /// Significant digits of a parameter.
 const DIGITS: usize = 5;
@@ -18,17 +23,83 @@ pub fn fit_page(rig: &Rig, fits: &[LawFit], train: &[Track<'_>], held_out: &[Tra
     let mut page = Page::new("Fit");
     page.lead(lead(fits, !held_out.is_empty()));
     for error in fits.iter().flat_map(|fit| &fit.errors) {
-        tile(&mut page, error);
+        let tracks = if error.held_out.is_some() {
+            held_out
+        } else {
+            train
+        };
+        tile(&mut page, rig, error, spread_of(tracks, error.signal));
+    }
+    if let Some(fit) = fits.first() {
+        page.opening(|section| first_plot(section, rig, fit, train, held_out));
     }
     for fit in fits {
         let heading = capitalised(fit.law.title());
-        page.section(heading, |section| {
+        page.folded_section(heading, |section| {
             parameters(section, fit);
-            errors(section, fit);
+            errors(section, rig, fit, [train, held_out]);
             plots(section, rig, fit, train, held_out);
+            section.subheading("Residual tests");
+            let (tracks, models) = if held_out.is_empty() {
+                (
+                    train,
+                    models(&fit.residuals.train_before, &fit.residuals.train_after),
+                )
+            } else {
+                (
+                    held_out,
+                    models(&fit.residuals.held_before, &fit.residuals.held_after),
+                )
+            };
+            test_residuals(section, fit.law, rig, tracks, &models);
         });
     }
     page
+}
+
+fn models<'a>(
+    before: &'a Option<Residuals>,
+    after: &'a Option<Residuals>,
+) -> Vec<(&'a str, Role, &'a Residuals)> {
+    let curves = curves(before.as_ref(), after.as_ref()).into_iter();
+    curves
+        .map(|curve| (curve.name, curve.role, curve.residuals))
+        .collect()
+}
+
+/// The signal with the largest error after the fit beside its noise, in the recording that
+/// shows it, held out where there is one.
+fn first_plot(
+    section: &mut Section,
+    rig: &Rig,
+    fit: &LawFit,
+    train: &[Track<'_>],
+    held_out: &[Track<'_>],
+) {
+    let residuals = &fit.residuals;
+    let (tracks, before, after) = if held_out.is_empty() {
+        (train, &residuals.train_before, &residuals.train_after)
+    } else {
+        (held_out, &residuals.held_before, &residuals.held_after)
+    };
+    let recording = after.as_ref().map_or(0, worst_recording);
+    let over_noise = |error: &SignalError| judged(error).after.unwrap_or(0.0) / error.noise;
+    let places = fit.errors.iter().enumerate();
+    let worst = places.max_by(|a, b| over_noise(a.1).total_cmp(&over_noise(b.1)));
+    let (Some(track), Some((place, _))) = (tracks.get(recording), worst) else {
+        return;
+    };
+    let curves = curves(before.as_ref(), after.as_ref());
+    let shown = Prediction {
+        law: fit.law,
+        rig,
+        track,
+        recording,
+        curves: &curves,
+        floor: &[],
+        detail: OPEN_DETAIL,
+    };
+    section.chart(shown.stack_of(place));
 }
 
 /// The errors that matter most: of held-out recordings where there are any.
@@ -43,45 +114,64 @@ fn lead(fits: &[LawFit], held: bool) -> String {
         let (Some(before), Some(after)) = (judged(error).before, judged(error).after) else {
             continue;
         };
-        let percent = 100.0 * (1.0 - after / before.max(f64::MIN_POSITIVE));
-        if percent > 0.0 {
-            better.push(format!("of `{}` by {percent:.0} %", error.signal));
+        let part = 1.0 - after / before.max(f64::MIN_POSITIVE);
+        if part > 0.0 {
+            let name = signals::spoken(error.signal);
+            better.push(format!("of the {name} by {}", words::percent(part)));
         } else {
-            worse.push(format!("of `{}`", error.signal));
+            worse.push(format!("of the {}", signals::spoken(error.signal)));
         }
     }
     let which = if held { "held-out" } else { "training" };
     match (better.is_empty(), worse.is_empty()) {
-        (true, _) => format!("The fit does not lower the {which} error."),
-        (false, true) => format!("The fit lowers the {which} error {}.", better.join(", ")),
+        (true, _) => format!("The fit does not reduce the {which} error."),
+        (false, true) => format!("The fit reduces the {which} error {}.", better.join(", ")),
         (false, false) => format!(
-            "The fit lowers the {which} error {}, but not that {}.",
+            "The fit reduces the {which} error {}, but not the error {}.",
             better.join(", "),
             worse.join(", ")
         ),
     }
 }
 
-fn tile(page: &mut Page, error: &SignalError) {
-    let unit = shown(error.unit);
+fn spread_of(tracks: &[Track<'_>], signal: &str) -> f64 {
+    spread(tracks.iter().map(|track| track.recording), signal)
+}
+
+fn tile(page: &mut Page, rig: &Rig, error: &SignalError, spread: f64) {
+    let reading = Reading::of_signal(rig, error.signal);
     let figure = |value: Option<f64>| {
-        value.map_or_else(|| "–".into(), |v| number::significant(v * unit.per_si, 3))
+        value.map_or_else(
+            || "–".into(),
+            |value| number::significant(reading.difference(value), 3),
+        )
     };
+    let name = signals::titled(error.signal);
     let label = match error.held_out {
-        Some(_) => format!("`{}`, held-out RMS error", error.signal),
-        None => format!("`{}`, training RMS error", error.signal),
+        Some(_) => format!("{name}, held-out rms error"),
+        None => format!("{name}, training rms error"),
     };
-    let (before, noise) = (figure(judged(error).before), figure(Some(error.noise)));
-    page.tile(
-        label,
-        figure(judged(error).after),
-        unit.unit,
-        format!("was {before} as given; sensor noise {noise}"),
-    );
+    let (before, after) = (judged(error).before, judged(error).after);
+    let fit = fit_percent(after.unwrap_or(f64::NAN), spread, error.noise);
+    let notes = [
+        Some(format!("{} as given", figure(before))),
+        floor_to_draw(error.noise, after.unwrap_or(f64::NAN))
+            .map(|noise| format!("sensor noise {}", figure(Some(noise)))),
+        fit.map(|fit| format!("fit {} %", number::fixed(fit, 1))),
+    ];
+    let notes: Vec<String> = notes.into_iter().flatten().collect();
+    page.tile(label, figure(after), reading.unit.clone(), notes.join("; "));
 }
 
 fn parameters(section: &mut Section, fit: &LawFit) {
-    let headings = ["parameter", "given", "fitted", "sd", "prior sd", ""];
+    let headings = [
+        "parameter",
+        "given",
+        "fitted",
+        "standard deviation",
+        "prior standard deviation",
+        "",
+    ];
     let table = fit
         .parameters
         .iter()
@@ -95,11 +185,14 @@ fn parameters(section: &mut Section, fit: &LawFit) {
         });
     section.table(table);
     section.text(format!(
-        "{} iterations over {} rows; stopped: {}. About {:.0} rows in a row count as one for the standard deviations.",
+        "{} iterations over {} rows; stopped: {}. The residuals are correlated: for the standard deviations about {:.0} successive rows count as one.",
         fit.iterations, fit.rows, fit.stopped, fit.correlated_rows
     ));
     for sentence in &fit.undetermined {
         section.callout(format!("{}.", capitalised(sentence)));
+    }
+    if let Some(chart) = parameters::prior_to_posterior(&moved(fit)) {
+        section.bars(chart);
     }
     if fit.parameters.len() >= LEAST_MATRIX {
         section.details("Correlations of the estimates", |details| {
@@ -108,17 +201,37 @@ fn parameters(section: &mut Section, fit: &LawFit) {
     }
 }
 
+/// The parameters that had a prior.
+fn moved(fit: &LawFit) -> Vec<Moved> {
+    let moved = |one: &FittedParameter| {
+        Some(Moved {
+            key: one.name.clone(),
+            given: one.given?,
+            prior_sd: one.prior_standard_deviation?,
+            fitted: one.fitted,
+            fitted_sd: one.standard_deviation,
+        })
+    };
+    fit.parameters.iter().filter_map(moved).collect()
+}
+
+/// The note without what the parameter's label says already.
+fn remark(note: &str) -> &str {
+    let rest = note.strip_prefix("scale factor of the table");
+    rest.map_or(note, |rest| rest.trim_start_matches("; "))
+}
+
 fn parameter_row(parameter: &FittedParameter) -> [Cell; 6] {
     let figure = |value: Option<f64>, digits: usize| -> Cell {
         value.map(|value| Cell::significant(value, digits)).into()
     };
     [
-        format!("`{}`", parameter.name).into(),
+        parameters::label(&parameter.name).into(),
         figure(parameter.given, DIGITS),
         figure(Some(parameter.fitted), DIGITS),
         figure(parameter.standard_deviation, 2),
         figure(parameter.prior_standard_deviation, 2),
-        parameter.note.clone().into(),
+        remark(&parameter.note).into(),
     ]
 }
 
@@ -136,42 +249,42 @@ fn correlations(fit: &LawFit) -> Matrix {
     Matrix::new("Correlations", names.clone(), names, cells).full_shade(1.0)
 }
 
-fn errors(section: &mut Section, fit: &LawFit) {
-    let names: Vec<String> = fit
-        .errors
-        .iter()
-        .flat_map(|error| {
-            let held = error
-                .held_out
-                .map(|_| format!("{}, held-out", error.signal));
-            std::iter::once(format!("{}, training", error.signal)).chain(held)
-        })
-        .collect();
-    let of = |pick: fn(&BeforeAfter) -> Option<f64>| -> Vec<f64> {
-        let pairs = fit.errors.iter().flat_map(|error| {
-            let per_si = shown(error.unit).per_si;
-            let held = error.held_out;
-            let both = std::iter::once(error.train).chain(held);
-            both.map(move |pair| pick(&pair).map_or(f64::NAN, |value| value * per_si))
-        });
-        pairs.collect()
-    };
-    let noise = fit.errors.iter().flat_map(|error| {
-        let noise = error.noise * shown(error.unit).per_si;
-        std::iter::repeat_n(noise, 1 + usize::from(error.held_out.is_some()))
-    });
-    let unit = fit
-        .errors
-        .first()
-        .map_or("", |error| shown(error.unit).unit);
-    section.bars(
-        BarChart::new("RMS error of the prediction", names)
-            .axis("RMS error", unit)
-            .bars("as given", Role::Given, of(|pair| pair.before))
-            .bars("fitted", Role::Refitted, of(|pair| pair.after))
-            .bars("sensor noise", Role::Noise, noise)
-            .note(format!("Predicted: {}.", fit.prediction)),
-    );
+/// The errors of each signal in its unit; tracks are those of training, then held out.
+fn errors(section: &mut Section, rig: &Rig, fit: &LawFit, tracks: [&[Track<'_>]; 2]) {
+    let headings = [
+        "rms error",
+        "unit",
+        "as given",
+        "fitted",
+        "sensor noise",
+        "fit, %",
+    ];
+    let mut table = Table::new(headings);
+    for error in &fit.errors {
+        let reading = Reading::of_signal(rig, error.signal);
+        let name = signals::titled(error.signal);
+        let pairs = [
+            ("training", Some(error.train)),
+            ("held-out", error.held_out),
+        ];
+        for ((which, pair), tracks) in pairs.into_iter().zip(tracks) {
+            let Some(pair) = pair else { continue };
+            let spread = spread_of(tracks, error.signal);
+            let figure = |value: Option<f64>| Cell::from(value.map(|one| reading.difference(one)));
+            let after = pair.after.unwrap_or(f64::NAN);
+            let fit = fit_percent(after, spread, error.noise);
+            table = table.row([
+                format!("{name}, {which}").into(),
+                reading.unit.clone().into(),
+                figure(pair.before),
+                figure(pair.after),
+                figure(floor_to_draw(error.noise, after)),
+                fit.map(|fit| Cell::number(fit, 1)).into(),
+            ]);
+        }
+    }
+    section.table(table);
+    section.text(format!("Prediction: {}.", fit.prediction));
 }
 
 fn plots(
@@ -205,7 +318,16 @@ fn plots(
             let curves = curves(before.as_ref(), after.as_ref());
             let detail = if opened { CLOSED_DETAIL } else { OPEN_DETAIL };
             let track = &tracks[recording];
-            let stack = prediction_stack(fit.law, rig, track, recording, &curves, &[], detail);
+            let shown = Prediction {
+                law: fit.law,
+                rig,
+                track,
+                recording,
+                curves: &curves,
+                floor: &[],
+                detail,
+            };
+            let stack = shown.stack();
             if opened {
                 let file = &tracks[recording].recording.name;
                 section.details(format!("{name} recording {file}"), |details| {

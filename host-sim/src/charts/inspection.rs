@@ -6,6 +6,7 @@ use crate::laws::Track;
 use crate::recording::Recording;
 use crate::report::{Cell, Chart, ChartStack, Page, Role, Section, Series, Table, number};
 use crate::rig::Rig;
+use crate::signals::{self, Reading};
 use std::path::Path;
 
 /// Height of the panel of one signal, CSS pixels.
@@ -40,13 +41,13 @@ pub fn inspection_page(rig: &Rig, recordings: &[Recording], inspections: &[Inspe
         "faults",
         sum(|one| one.faults.len()).to_string(),
         "",
-        "channels that cannot be true",
+        "implausible channels",
     );
     page.tile(
         "gaps",
         sum(|one| one.timing.gap_count).to_string(),
         "",
-        "steps over 5 median steps",
+        "steps longer than 5 median steps",
     );
     for (recording, inspection) in recordings.iter().zip(inspections) {
         page.section(short_name(&inspection.recording), |section| {
@@ -73,7 +74,7 @@ fn lead(inspections: &[Inspection]) -> String {
     if faulty.is_empty() {
         return "No channel shows a fault.".into();
     }
-    format!("Channels that cannot be true in {}.", faulty.join(", "))
+    format!("Implausible channels in {}.", faulty.join(", "))
 }
 
 fn rates(inspections: &[Inspection]) -> String {
@@ -100,11 +101,13 @@ fn section_of(section: &mut Section, rig: &Rig, recording: &Recording, inspectio
         section.list(&inspection.notes);
     }
     section.chart(signals(rig, recording, inspection));
-    section.table(noise_table(inspection));
+    section.table(noise_table(rig, inspection));
     intervals(section, recording, &inspection.timing);
     if !inspection.unused_columns.is_empty() {
         let columns = inspection.unused_columns.join(", ");
-        section.text(format!("Columns that the rig does not name: {columns}."));
+        section.text(format!(
+            "Columns without a signal in the rig file: {columns}."
+        ));
     }
 }
 
@@ -134,40 +137,41 @@ fn shaded(panel: Chart, fault: &Fault) -> Chart {
     panel.interval(fault.from_s, fault.to_s, kind.unwrap_or("fault"))
 }
 
-fn noise_table(inspection: &Inspection) -> Table {
+fn noise_table(rig: &Rig, inspection: &Inspection) -> Table {
     let headings = [
         "signal",
         "unit",
-        "least",
-        "greatest",
+        "minimum",
+        "maximum",
         "noise",
-        "declared",
+        "declared noise",
         "quantum",
-        "declared",
-        "longest run, rows",
+        "declared quantum",
+        "longest constant run, rows",
     ];
     let table = Table::new(headings)
-        .caption("Noise and quantum, measured and as the rig declares them (SI)");
+        .caption("Noise (standard deviation) and quantum, measured and declared in the rig file");
     inspection
         .signals
         .iter()
-        .fold(table, |table, signal| table.row(noise_row(signal)))
+        .fold(table, |table, signal| table.row(noise_row(rig, signal)))
 }
 
-fn noise_row(signal: &SignalReport) -> [Cell; 9] {
-    let figure = |value: f64| Cell::significant(value, DIGITS);
+fn noise_row(rig: &Rig, signal: &SignalReport) -> [Cell; 9] {
+    let reading = Reading::of_signal(rig, &signal.name);
+    let figure = |value: f64| Cell::significant(reading.difference(value), DIGITS);
     let optional = |value: Option<f64>| -> Cell { value.map(figure).into() };
     let noise = if signal.noise_visible {
         figure(signal.noise)
     } else {
         let most = signal.noise.max(0.5 * signal.quantum.unwrap_or(0.0));
-        Cell::below(most, DIGITS)
+        Cell::below(reading.difference(most), DIGITS)
     };
     [
-        format!("`{}`", signal.name).into(),
-        signal.unit.into(),
-        Cell::significant(signal.minimum, 5),
-        Cell::significant(signal.maximum, 5),
+        signals::titled(&signal.name).into(),
+        format!("{}{}", reading.unit, reading.reference(&signal.name)).into(),
+        Cell::significant(reading.value(signal.minimum), 5),
+        Cell::significant(reading.value(signal.maximum), 5),
         noise,
         optional(signal.declared_noise),
         optional(signal.quantum),
@@ -209,7 +213,7 @@ fn intervals(section: &mut Section, recording: &Recording, timing: &Timing) {
     );
     if timing.gap_count > 0 {
         note.push_str(&format!(
-            " Gaps left out of the histogram: {}.",
+            " Gaps not in the histogram: {}.",
             timing.gap_count
         ));
     }

@@ -1,10 +1,11 @@
-//! Where a model and recordings part, as charts: which variable the misfit goes
-//! with, and how.
+//! Where a model deviates from recordings, as charts: which variable the misfit
+//! correlates with, and how.
 
 use crate::diagnose::locate::{Located, POSITION, VariableShare};
 use crate::diagnose::unknown_term::Shape;
 use crate::report::{BarChart, Chart, ChartStack, Role, Section, Series};
-use crate::units::shown;
+use crate::rig::Rig;
+use crate::signals::{self, Reading};
 
 /// Variables drawn openly; the others are in a part that opens.
 const OPEN_VARIABLES: usize = 2;
@@ -13,7 +14,7 @@ const HEIGHT_PX: u32 = 190;
 
 /// The findings on one signal: the phrase, what each variable explains, and the
 /// residual over the variables that explain most.
-pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
+pub fn located_misfit(section: &mut Section, rig: &Rig, located: &Located, role: Role) {
     section.text(sentence(located));
     if located.variables.is_empty() {
         return;
@@ -23,7 +24,7 @@ pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
     if !named.is_empty() {
         section.row(|row| {
             for variable in &named {
-                row.chart(over_variable(located, variable, role));
+                row.chart(over_variable(rig, located, variable, role));
             }
         });
     }
@@ -36,12 +37,12 @@ pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
         return;
     }
     section.details(
-        format!("`{}` over the other variables", located.signal),
+        format!("{} over the other variables", name_of(located)),
         |details| {
             for pair in others.chunks(2) {
                 details.row(|row| {
                     for variable in pair {
-                        row.chart(over_variable(located, variable, role));
+                        row.chart(over_variable(rig, located, variable, role));
                     }
                 });
             }
@@ -49,7 +50,7 @@ pub fn located_misfit(section: &mut Section, located: &Located, role: Role) {
     );
 }
 
-/// The variables to be seen at once. A pressure and its ratio to the supply's
+/// The variables shown at once. A pressure and its ratio to the supply's
 /// say the same twice.
 fn open_variables(located: &Located) -> Vec<&VariableShare> {
     let mut open: Vec<&VariableShare> = Vec::new();
@@ -78,18 +79,31 @@ pub fn shade_intervals(stack: ChartStack, located: &[Located], recording: &str) 
         })
 }
 
+fn name_of(located: &Located) -> String {
+    signals::titled(located.signal)
+}
+
+/// What was looked at over the variables.
+fn quantity_of(located: &Located) -> &str {
+    if located.quantity == located.signal {
+        signals::spoken(located.signal)
+    } else {
+        located.quantity
+    }
+}
+
 fn sentence(located: &Located) -> String {
-    let mut text = format!("`{}`: {}.", located.signal, located.when);
+    let mut text = format!("{}: {}.", name_of(located), located.when);
     if !located.intervals.is_empty() {
         text.push_str(&format!(
-            " The shaded stretches hold {:.0} % of its squared error in {:.0} % of the time.",
+            " The shaded intervals hold {:.0} % of the squared error in {:.0} % of the time.",
             100.0 * located.interval_share,
             100.0 * located.interval_time
         ));
     }
     if located.quantity != located.signal {
         text.push_str(&format!(
-            " Over state it is judged by the {} that its error stands for.",
+            " For the state plots the error is converted to an error in {}.",
             located.quantity
         ));
     }
@@ -100,64 +114,77 @@ fn shares(located: &Located, role: Role) -> BarChart {
     let names = located.variables.iter().map(|variable| variable.name);
     let of = |pick: fn(&VariableShare) -> f64| located.variables.iter().map(pick);
     BarChart::new(
-        format!("What the misfit of `{}` goes with", located.signal),
+        format!("{}: correlation of the misfit", name_of(located)),
         names,
     )
     .axis("share of squared error", "%")
     .digits(2)
-    .bars("its value", role, of(|variable| 100.0 * variable.of_value))
-    .bars("its size", Role::Mark, of(|variable| 100.0 * variable.of_size))
-    .note("Part of the squared error explained by the variable alone, in quantile bins, corrected for their number. Variables that go together share the credit, so the parts do not add up.")
+    .bars("signed misfit", role, of(|variable| 100.0 * variable.of_value))
+    .bars("magnitude of the misfit", Role::Mark, of(|variable| 100.0 * variable.of_size))
+    .note("Share of the squared error that one variable alone explains (correlation ratio over quantile bins, corrected for their number). Correlated variables explain the same share, so the shares do not add up.")
 }
 
 /// Mean and spread of the residual in bins of a variable.
-fn over_variable(located: &Located, variable: &VariableShare, role: Role) -> Chart {
+fn over_variable(rig: &Rig, located: &Located, variable: &VariableShare, role: Role) -> Chart {
     let title = format!(
-        "`{}` over {}: {:.0} %",
-        located.signal,
+        "{} over {}: {:.0} %",
+        name_of(located),
         variable.name,
         100.0 * variable.eta_squared
     );
-    let quantity = format!("{}, predicted − recorded", located.quantity);
-    binned(title, quantity, located.quantity_unit, variable, role)
+    let quantity = format!("{}, predicted − recorded", quantity_of(located));
+    binned(rig, title, quantity, located.quantity_unit, variable, role)
 }
 
 /// Mean and spread of a quantity in bins of a variable.
 fn binned(
+    rig: &Rig,
     title: String,
     quantity: String,
     unit: &'static str,
     variable: &VariableShare,
     role: Role,
 ) -> Chart {
-    let (x, y) = (shown(variable.unit), shown(unit));
+    let x = variable_reading(rig, variable);
+    let y = Reading::of_quantity(rig, unit);
     let bins = || variable.bins.iter();
-    let at = |bin: &crate::diagnose::locate::Bin| bin.x * x.per_si;
+    let at = |bin: &crate::diagnose::locate::Bin| x.value(bin.x);
     let band = bins().map(|bin| {
-        let (mean, sd) = (bin.mean * y.per_si, bin.sd * y.per_si);
+        let (mean, sd) = (y.difference(bin.mean), y.difference(bin.sd));
         (at(bin), mean - sd, mean + sd)
     });
-    let means: Vec<(f64, f64)> = bins().map(|bin| (at(bin), bin.mean * y.per_si)).collect();
+    let means: Vec<(f64, f64)> = bins()
+        .map(|bin| (at(bin), y.difference(bin.mean)))
+        .collect();
     Chart::new(title)
-        .x_axis(variable.name, x.unit)
-        .y_axis(quantity, y.unit)
+        .x_axis(variable.name, x.unit.clone())
+        .y_axis(quantity, y.unit.clone())
         .height(HEIGHT_PX)
-        .band("spread in the bin, ± sd", role, band)
+        .band("± 1 sd in the bin", role, band)
         .series(Series::new("mean in the bin", role, means.clone()))
         .series(Series::new("bins", role, means).dots())
         .level(0.0, "")
 }
 
+/// Pressures that a misfit is shown over have the zero of the recorded ones.
+fn variable_reading(rig: &Rig, variable: &VariableShare) -> Reading {
+    match variable.name {
+        "pressure" | "pressure in a" => Reading::of_signal(rig, "p_a"),
+        "pressure in b" => Reading::of_signal(rig, "p_b"),
+        _ => Reading::of_quantity(rig, variable.unit),
+    }
+}
+
 /// What one input would have had to be off by to explain a law that no effect explains.
-pub fn needed_input(section: &mut Section, input: &Located, role: Role) {
+pub fn needed_input(section: &mut Section, rig: &Rig, input: &Located, role: Role) {
     let how = if input.quantity == POSITION {
-        "in all rows together"
+        "from all rows together"
     } else {
-        "in windows of a tenth of a second while the ordinary parameters are refitted"
+        "in windows of 0.1 s, with the ordinary parameters refitted"
     };
     section.text(format!(
-        "No effect of the list explains this law. If the {} alone were not what the model takes it for, \
-         {:.0} % of the misfit would be explained. What it would have to be off by, found {how}: {}.",
+        "No effect of the list explains this law. An error in the {} alone would explain {:.0} % of the misfit. \
+         The error needed, estimated {how}: {}.",
         input.quantity,
         100.0 * input.share,
         input.when
@@ -168,55 +195,58 @@ pub fn needed_input(section: &mut Section, input: &Located, role: Role) {
     }
     section.row(|row| {
         for variable in &named {
-            let title = format!(
-                "what the {} is off by, over {}",
-                input.quantity, variable.name
-            );
+            let title = format!("Error of the {} over {}", input.quantity, variable.name);
             let quantity = input.quantity.to_owned();
-            row.chart(binned(title, quantity, input.quantity_unit, variable, role));
+            let unit = input.quantity_unit;
+            row.chart(binned(rig, title, quantity, unit, variable, role));
         }
     });
 }
 
 /// The table of what no law explains: variable, value and its deviation.
-pub fn missing_term(section: &mut Section, shape: Shape, table: &[(f64, f64, f64)], left: f64) {
+pub fn missing_term(
+    section: &mut Section,
+    rig: &Rig,
+    shape: Shape,
+    table: &[(f64, f64, f64)],
+    residual: f64,
+) {
     let ((variable, variable_unit), (quantity, unit)) = (shape.variable(), shape.quantity());
     let shared = match shape {
         Shape::ForceOverPosition | Shape::ForceOverVelocity => {
-            "A part that is proportional to the velocity, or constant, may as well belong to the declared friction"
+            "A part proportional to the velocity, and a constant part, are equivalent to the declared friction"
         }
         Shape::ShiftOfOpenings => {
-            "A part that is proportional to the opening may as well belong to the declared stretch of the openings, and a \
-             command that is off looks like openings that are"
+            "A part proportional to the opening is equivalent to the declared scale of the openings, and an error of the \
+             command to an error of the openings"
         }
-        Shape::ErrorOfGauge(_) => "A constant part is an offset, a proportional one a gain",
+        Shape::ErrorOfGauge(_) => "A constant part is an offset, a proportional part a gain error",
     };
     section.text(format!(
-        "No effect of the list explains this law, but its shape can be modelled: {}, \
-         fitted with all ordinary parameters, leaves {:.0} % of the misfit in data that it was not fitted to. \
-         The improved rig holds it as `{}`. {shared}: the band tells how free it is.",
+        "No effect of the list explains this law, but a table does: {}, fitted with all ordinary parameters, \
+         reduces the misfit to {:.0} % in data that were not fitted. \
+         The improved rig contains it as `{}`. {shared}; the band shows the uncertainty.",
         shape.phrase(),
-        100.0 * left,
+        100.0 * residual,
         shape.name(),
     ));
-    let (x, y) = (shown(variable_unit), shown(unit));
+    let x = Reading::of_quantity(rig, variable_unit);
+    let y = Reading::of_quantity(rig, unit);
     let band = table.iter().map(|&(at, value, deviation)| {
         let (low, high) = (value - deviation, value + deviation);
-        (at * x.per_si, low * y.per_si, high * y.per_si)
+        (x.difference(at), y.difference(low), y.difference(high))
     });
     let points: Vec<(f64, f64)> = table
         .iter()
-        .map(|&(at, value, _)| (at * x.per_si, value * y.per_si))
+        .map(|&(at, value, _)| (x.difference(at), y.difference(value)))
         .collect();
-    let chart = Chart::new(format!(
-        "The {quantity} that is missing, over the {variable}"
-    ))
-    .x_axis(variable, x.unit)
-    .y_axis(quantity, y.unit)
-    .height(HEIGHT_PX)
-    .band("± one deviation", Role::Improved, band)
-    .series(Series::new("table", Role::Improved, points.clone()))
-    .series(Series::new("knots", Role::Improved, points).dots())
-    .level(0.0, "");
+    let chart = Chart::new(format!("Unmodelled {quantity} over the {variable}"))
+        .x_axis(variable, x.unit.clone())
+        .y_axis(quantity, y.unit.clone())
+        .height(HEIGHT_PX)
+        .band("± 1 sd", Role::Improved, band)
+        .series(Series::new("table", Role::Improved, points.clone()))
+        .series(Series::new("knots", Role::Improved, points).dots())
+        .level(0.0, "");
     section.chart(chart);
 }

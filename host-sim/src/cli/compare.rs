@@ -67,6 +67,7 @@ pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), Comm
         write!(out, "{gap}{comparison}")?;
         compared.push(comparison);
     }
+    writeln!(out, "\n{}", crate::compare::headline(&rig, &compared))?;
     out.flush()?;
     if let Some(path) = &arguments.json {
         let content = CompareFile {

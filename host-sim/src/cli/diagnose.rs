@@ -128,10 +128,10 @@ fn improved_rig_header(diagnosis: &Diagnosis) -> String {
 
 fn show(diagnosis: &Diagnosis, out: &mut dyn Write) -> Result<(), CommandError> {
     for (label, line) in summary::five_lines(diagnosis) {
-        writeln!(out, "{label:8} {line}")?;
+        writeln!(out, "{label:12} {line}")?;
     }
     for note in &diagnosis.verdict.notes {
-        writeln!(out, "note     {note}")?;
+        writeln!(out, "note         {note}")?;
     }
     for assumed in &diagnosis.verdict.assumed {
         writeln!(out, "assumed  {assumed}")?;

@@ -196,7 +196,7 @@ fn located(
     };
     let stretches = stretches(tracks, timed, correlated_rows(timed));
     let variables = variables(law, rig, tracks, output, &judged);
-    found(tracks, output, columns, &judged, stretches, variables)
+    found(rig, tracks, output, columns, &judged, stretches, variables)
 }
 
 /// An input of a law that is looked at in the place of a signal.
@@ -245,11 +245,12 @@ pub(super) fn of_quantity(
     let columns = &judged.columns;
     let stretches = stretches(tracks, columns, judged.correlated);
     let variables = variables(law, rig, tracks, output, &judged);
-    found(tracks, output, columns, &judged, stretches, variables)
+    found(rig, tracks, output, columns, &judged, stretches, variables)
 }
 
 /// The finding put together.
 fn found(
+    rig: &Rig,
     tracks: &[Track<'_>],
     output: &Output,
     columns: &[Vec<f64>],
@@ -284,7 +285,7 @@ fn found(
         offset: offset_is_real(columns, &energy, correlated),
         drifts: correlated > DRIFT_ROWS,
     };
-    located.when = super::phrase::when(&located, sameness);
+    located.when = super::phrase::when(&located, sameness, rig);
     located
 }
 

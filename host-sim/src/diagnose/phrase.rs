@@ -1,8 +1,9 @@
 //! A located misfit in the words of an engineer.
 
 use super::locate::{Located, SINCE_START, Sameness, VariableShare};
+use crate::rig::Rig;
+use crate::signals::Reading;
 use crate::text::plain;
-use crate::units::shown;
 
 /// Correlation from which a shape is called by its name.
 const SHAPE: f64 = 0.8;
@@ -21,17 +22,17 @@ const PLAIN_VARIABLE: f64 = 0.3;
 pub(super) const NO_PATTERN: &str = "no pattern over time or state";
 
 /// The phrase: the leading variable, the intervals, an offset, or no pattern.
-pub(super) fn when(located: &Located, sameness: Sameness) -> String {
+pub(super) fn when(located: &Located, sameness: Sameness, rig: &Rig) -> String {
     let intervals = located.interval_share >= INTERVAL_ENERGY
         && located.interval_time <= INTERVAL_TIME
         && !located.intervals.is_empty();
     match located.leading() {
         Some(variable) if !intervals || variable.eta_squared >= PLAIN_VARIABLE => {
-            of_variable(variable)
+            of_variable(variable, rig)
         }
         _ if intervals => of_intervals(located),
-        _ if sameness.offset => "an offset that is there all the time".into(),
-        _ if sameness.drifts => "wanders slowly, and goes with none of the variables".into(),
+        _ if sameness.offset => "constant offset".into(),
+        _ if sameness.drifts => "slow drift, not correlated with any variable".into(),
         _ => NO_PATTERN.into(),
     }
 }
@@ -50,19 +51,19 @@ fn of_intervals(located: &Located) -> String {
         String::new()
     };
     format!(
-        "{:.0} % of it in {:.0} % of the time: {}{more}",
+        "{:.0} % of the squared error in {:.0} % of the time: {}{more}",
         100.0 * located.interval_share,
         100.0 * located.interval_time,
         places.join(", ")
     )
 }
 
-fn of_variable(variable: &VariableShare) -> String {
+fn of_variable(variable: &VariableShare, rig: &Rig) -> String {
     match variable.name {
         "time since reversal" => after(variable, "a reversal"),
         "time since a step of the command" => after(variable, "a step of the command"),
         SINCE_START => over_time(variable),
-        _ => over_state(variable),
+        _ => over_state(variable, rig),
     }
 }
 
@@ -75,7 +76,7 @@ fn after(variable: &VariableShare, event: &str) -> String {
             let within = upper_edge(variable, bin);
             format!("mostly within {} s after {event}", plain(within, 2))
         }
-        _ => format!("changes with the time since {event}"),
+        _ => format!("depends on the time since {event}"),
     }
 }
 
@@ -96,18 +97,18 @@ fn over_time(variable: &VariableShare) -> String {
     }
     let (x, size) = (positions(variable), variable.sizes());
     if correlation(&x, &means(variable)).abs() >= SHAPE {
-        "drifts in the course of a recording".into()
+        "drifts during a recording".into()
     } else if correlation(&x, &size) >= SHAPE {
-        "grows in the course of a recording".into()
+        "increases during a recording".into()
     } else {
-        "changes in the course of a recording".into()
+        "changes during a recording".into()
     }
 }
 
-fn over_state(variable: &VariableShare) -> String {
+fn over_state(variable: &VariableShare, rig: &Rig) -> String {
     let name = variable.name;
     if variable.of_size > variable.of_value {
-        return of_shape(variable, &variable.sizes(), true);
+        return of_shape(variable, &variable.sizes(), true, rig);
     }
     let (x, mean) = (positions(variable), means(variable));
     if changes_sign(&x) {
@@ -117,25 +118,25 @@ fn over_state(variable: &VariableShare) -> String {
             return format!("changes sign with {name}");
         }
     }
-    of_shape(variable, &mean, false)
+    of_shape(variable, &mean, false, rig)
 }
 
 /// How a curve over the bins runs: with the variable, with its size, or with a
 /// largest value somewhere.
-fn of_shape(variable: &VariableShare, curve: &[f64], size: bool) -> String {
+fn of_shape(variable: &VariableShare, curve: &[f64], size: bool, rig: &Rig) -> String {
     let name = variable.name;
     let x = positions(variable);
     let (line, even) = (correlation(&x, curve), correlation(&magnitudes(&x), curve));
     let both_signs = changes_sign(&x);
     if both_signs && even.abs() >= SHAPE && even.abs() > line.abs() {
-        let verb = if even > 0.0 { "grows" } else { "shrinks" };
+        let verb = if even > 0.0 { "increases" } else { "decreases" };
         return format!("{verb} with abs({name})");
     }
     if line.abs() >= SHAPE {
         let verb = match (size, line > 0.0) {
-            (true, false) => "shrinks",
-            (false, false) => "falls",
-            _ => "grows",
+            (true, false) => "decreases in size",
+            (false, false) => "decreases",
+            _ => "increases",
         };
         return format!("{verb} with {name}");
     }
@@ -144,12 +145,12 @@ fn of_shape(variable: &VariableShare, curve: &[f64], size: bool) -> String {
         .enumerate()
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
         .map_or(0, |(place, _)| place);
-    let unit = shown(variable.unit);
-    let place = x.get(largest).copied().unwrap_or(0.0) * unit.per_si;
+    let reading = Reading::of_quantity(rig, variable.unit);
+    let place = reading.difference(x.get(largest).copied().unwrap_or(0.0));
     let text = format!(
-        "changes with {name}, largest near {} {}",
+        "depends on {name}, largest near {} {}",
         plain(place, 2),
-        unit.unit
+        reading.unit
     );
     text.trim_end().to_owned()
 }

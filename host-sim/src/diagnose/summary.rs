@@ -3,20 +3,32 @@
 use super::verdict::{FitFigures, Kind, Verdict};
 use super::{Diagnosis, words};
 use crate::laws::Output;
-use crate::units::shown;
+use crate::signals::{self, Reading};
 
-const NOTHING_NEEDED: &str = "Nothing is needed for this verdict; recordings at other speeds and pressures would test it further.";
+const NOTHING_NEEDED: &str = "The finding needs no further data. Recordings at other speeds and pressures would test it further.";
 
-/// What, where, how sure, how much better, what next: a word and a line each.
+/// Finding, location, probability, proof, next experiment: a label and a line each.
 pub fn five_lines(diagnosis: &Diagnosis) -> [(&'static str, String); 5] {
     let verdict = &diagnosis.verdict;
     [
-        ("what", verdict.sentence.clone()),
-        ("where", places(verdict)),
-        ("how sure", certainty(verdict)),
-        ("better", improvement(diagnosis)),
+        ("finding", verdict.sentence.clone()),
+        ("location", places(verdict)),
+        ("probability", certainty(verdict)),
+        ("proof", improvement(diagnosis)),
         ("next", next(diagnosis)),
     ]
+}
+
+/// A verdict in a word or two.
+pub fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::NothingMissing => "nothing missing",
+        Kind::Named => "named",
+        Kind::Ambiguous => "ambiguous",
+        Kind::Unknown => "unknown",
+        Kind::DataFault => "data fault",
+        Kind::NotObservable => "not observable",
+    }
 }
 
 fn places(verdict: &Verdict) -> String {
@@ -26,33 +38,33 @@ fn places(verdict: &Verdict) -> String {
         .map(|located| {
             format!(
                 "{} ({:.0} % of its law's misfit; {})",
-                located.place,
+                words::place(&located.place),
                 100.0 * located.share,
                 located.when
             )
         })
         .collect();
     if places.is_empty() {
-        "nowhere".into()
+        "no misfit above the noise floor".into()
     } else {
         places.join("; ")
     }
 }
 
+/// The probabilities of the effects; where none is named they are candidates.
 fn certainty(verdict: &Verdict) -> String {
-    let effects: Vec<String> = verdict
-        .effects
-        .iter()
-        .map(|effect| format!("{} {:.2}", effect.effect, effect.probability))
+    let effects = verdict.effects.iter();
+    let effects: Vec<String> = effects
+        .map(|effect| {
+            let name = effect.effect.replace('-', " ");
+            format!("{name} {}", words::percent(effect.probability))
+        })
         .collect();
-    let word = serde_json::to_value(verdict.verdict).map_or_else(
-        |_| String::new(),
-        |value| value.as_str().unwrap_or_default().to_owned(),
-    );
-    if effects.is_empty() {
-        word
-    } else {
-        format!("{word}: {}", effects.join(", "))
+    let word = kind(verdict.verdict);
+    match verdict.verdict {
+        _ if effects.is_empty() => word.to_owned(),
+        Kind::Named => effects.join(", "),
+        _ => format!("{word}; candidates: {}", effects.join(", ")),
     }
 }
 
@@ -70,13 +82,14 @@ fn improvement(diagnosis: &Diagnosis) -> String {
     };
     let line = |output: &Output| {
         let improved = of(&fit.improved, output)?;
-        let unit = shown(output.unit);
-        let digits = |error: Option<f64>| words::digits(error.unwrap_or(f64::NAN) * unit.per_si);
+        let reading = Reading::of_signal(&diagnosis.improved_rig, output.signal);
+        let digits =
+            |error: Option<f64>| words::digits(reading.difference(error.unwrap_or(f64::NAN)));
         Some(format!(
             "{} {} {} as given, {} refitted, {} improved",
-            output.signal,
+            signals::spoken(output.signal),
             digits(of(&fit.as_given, output)),
-            unit.unit,
+            reading.unit,
             digits(of(&fit.refitted, output)),
             digits(Some(improved))
         ))
@@ -87,23 +100,23 @@ fn improvement(diagnosis: &Diagnosis) -> String {
         return "nothing was fitted".into();
     }
     let which = if held {
-        "held out"
+        "held-out rms error"
     } else {
-        "training (nothing was held out)"
+        "training rms error (no held-out recording given)"
     };
-    format!("{which}, rms of the free run: {}", lines.join("; "))
+    format!("{which}: {}", lines.join("; "))
 }
 
 fn next(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let is_proved = !diagnosis.held_out.is_empty();
     let default = match verdict.verdict {
-        Kind::DataFault => "Mend the recording and run again.".into(),
+        Kind::DataFault => "Correct the recording and run again.".into(),
         Kind::NothingMissing | Kind::Named if !is_proved => {
-            return "Give recordings that were not fitted to with --held-out: nothing proves this verdict yet.".into();
+            return "Give recordings that were not fitted with --held-out: this verdict is not proved yet.".into();
         }
         Kind::Unknown => {
-            "Record the same motion at other speeds and pressures: the shape of the missing term will tell.".into()
+            "Record the same motion at other speeds and pressures: they show what the unmodelled term depends on.".into()
         }
         Kind::Named => after_a_name(diagnosis),
         _ => NOTHING_NEEDED.into(),
@@ -111,21 +124,20 @@ fn next(diagnosis: &Diagnosis) -> String {
     verdict.next_experiment.clone().unwrap_or(default)
 }
 
-/// Something is named; what it leaves may hold something more.
+/// Something is named; the residual may hold something more.
 fn after_a_name(diagnosis: &Diagnosis) -> String {
-    let left = |output: Output| {
+    let above = |output: Output| {
         let times = diagnosis.verdict.fit.times_the_floor(output.signal)?;
-        Some(format!(
-            "{} ({times:.1} times its noise floor)",
-            output.signal
-        ))
+        let name = signals::spoken(output.signal);
+        Some(format!("the {name} ({times:.1} times its noise floor)"))
     };
-    let left: Vec<String> = diagnosis.outputs().into_iter().filter_map(left).collect();
-    if left.is_empty() {
+    let outputs = diagnosis.outputs().into_iter();
+    let above: Vec<String> = outputs.filter_map(above).collect();
+    if above.is_empty() {
         return NOTHING_NEEDED.into();
     }
     format!(
-        "What is named needs nothing more. More than noise is left of {}, and no effect of the list was seen to take it away: recordings at other speeds and pressures may show which does.",
-        left.join(" and ")
+        "The finding needs no further data. A misfit above the noise floor remains in {}; no effect of the list explains it. Recordings at other speeds and pressures may show its cause.",
+        words::list(&above)
     )
 }

@@ -6,9 +6,10 @@ pub use experiments::{bearing_out, ruling_out, separating};
 
 use super::candidates::Candidate;
 use super::next_experiment::NextExperiment;
+use crate::signals;
 use std::collections::BTreeMap;
 
-/// An experiment that tells fewer of its simulated repetitions than this is no advice.
+/// An experiment that separates the rivals in fewer of its simulated repetitions than this is no advice.
 const WORTH_RECORDING: f64 = 0.5;
 
 /// What to record to tell two effects apart, and how well it does so in simulation.
@@ -24,13 +25,13 @@ pub fn what_to_record(simulated: Option<&NextExperiment>, [one, other]: [&str; 2
     } = simulated;
     if simulated.power() < WORTH_RECORDING {
         return format!(
-            "{} (Not simulated; of the experiments that were, the best tells the two apart in {told} of {repetitions} repetitions.)",
+            "{} (Not simulated. The best of the simulated experiments separates the two in {told} of {repetitions} repetitions.)",
             separating(one, other)
         );
     }
     let [if_one, if_other] = times.map(digits);
     format!(
-        "{text}. Simulated with both models it tells them apart in {told} of {repetitions} repetitions: if it is {one}, {other} leaves {if_one} times the misfit; if it is {other}, {one} leaves {if_other} times."
+        "{text}. In simulation with both models it separates them in {told} of {repetitions} repetitions. If {one} is true, {other} has {if_one} times the misfit; if {other} is true, {one} has {if_other} times the misfit."
     )
 }
 
@@ -84,36 +85,46 @@ const SHORT_M: f64 = 0.1;
 /// Every parameter of the catalogue of effects.
 const SPOKEN: &[Spoken] = &[
     say("memory_?", "memory ?", "", 1.0),
-    say("conductance_?_W_K", "wall conductance ?", "W/K", 1.0),
-    say("density_exponent", "exponent over density", "", 1.0),
-    say("flow_W_m2K", "added at a flow of 1 g/s", "W/(m² K)", 1.0),
+    say(
+        "conductance_?_W_K",
+        "wall conductance of chamber ?",
+        "W/K",
+        1.0,
+    ),
+    say("density_exponent", "density exponent", "", 1.0),
+    say("flow_W_m2K", "increase at a flow of 1 g/s", "W/(m² K)", 1.0),
     say("offset_K", "offset", "K", 1.0),
-    say("heat_capacity_J_K", "wall's heat capacity", "J/K", 1.0),
-    say("outer_W_K", "conductance outwards", "W/K", 1.0),
-    say("volume_?_m3", "additional volume ?", "L", 1e3),
+    say("heat_capacity_J_K", "heat capacity of the wall", "J/K", 1.0),
+    say("outer_W_K", "conductance to the surroundings", "W/K", 1.0),
+    say("volume_?_m3", "additional volume of chamber ?", "L", 1e3),
     say("volume_m3", "volume", "cm³", 1e6),
     say("tank_volume_m3", "tank volume", "L", 1e3),
     say("feed_area_m2", "feed area", "mm²", 1e6),
     say("gauge_before_feed", "gauge before the feed", "", 1.0),
-    say("silencer_area_m2", "silencer's area", "mm²", 1e6),
-    say("needle_area_m2", "needle's area", "mm²", 1e6),
-    say("laminar_?_kg_s_Pa2", "coefficient ?", "kg/(s Pa²)", 1.0),
-    say("laminar_kg_s_Pa2", "coefficient", "kg/(s Pa²)", 1.0),
-    say("orifice_?_m2", "area ?", "mm²", 1e6),
-    say("orifice_m2", "area", "mm²", 1e6),
+    say("silencer_area_m2", "silencer area", "mm²", 1e6),
+    say("needle_area_m2", "needle area", "mm²", 1e6),
+    say(
+        "laminar_?_kg_s_Pa2",
+        "laminar conductance of chamber ?",
+        "kg/(s Pa²)",
+        1.0,
+    ),
+    say("laminar_kg_s_Pa2", "laminar conductance", "kg/(s Pa²)", 1.0),
+    say("orifice_?_m2", "leakage area of chamber ?", "mm²", 1e6),
+    say("orifice_m2", "leakage area", "mm²", 1e6),
     say("onset_s", "from", "s", 1.0),
     say("delay_s", "delay", "ms", 1e3),
     say("time_constant_s", "time constant", "ms", 1e3).below(SHORT_S),
     say("time_constant_s", "time constant", "s", 1.0),
     say("natural_frequency_Hz", "natural frequency", "Hz", 1.0),
     say("damping_ratio", "damping ratio", "", 1.0),
-    say("rising_per_s", "rising", "command units per s", 1.0),
-    say("falling_per_s", "falling", "command units per s", 1.0),
+    say("rising_per_s", "rising rate", "command units per s", 1.0),
+    say("falling_per_s", "falling rate", "command units per s", 1.0),
     say("width", "width", "command units", 1.0),
     say("length_m", "length", "mm", 1e3).below(SHORT_M),
     say("length_m", "length", "m", 1.0),
     say("diameter_m", "inner diameter", "mm", 1e3),
-    say("offset_?_Pa", "offset ?", "kPa", 1e-3),
+    say("offset_?_Pa", "offset of gauge ?", "kPa", 1e-3),
     say("coulomb_N", "level", "N", 1.0),
     say(
         "bristle_stiffness_N_m",
@@ -132,7 +143,7 @@ const SPOKEN: &[Spoken] = &[
     ),
     say(
         "static_rise_per_mean_pressure_N_Pa",
-        "at break-away more per mean pressure",
+        "additional break-away force per mean pressure",
         "N/bar",
         1e5,
     ),
@@ -141,25 +152,25 @@ const SPOKEN: &[Spoken] = &[
     say("wavelength_m", "wavelength", "mm", 1e3),
     say("slope_per_m", "slope", "% per m", 100.0),
     say("curvature_per_m2", "curvature", "% per m²", 100.0),
-    say("asymmetry", "more towards +x by", "%", 100.0),
-    say("viscous_asymmetry", "viscous more by", "%", 100.0),
+    say("asymmetry", "excess towards +x", "%", 100.0),
+    say("viscous_asymmetry", "viscous excess towards +x", "%", 100.0),
     say("rise_N", "rise", "N", 1.0),
-    say("forgetting_way_m", "forgotten over", "mm", 1e3),
-    say("load_mass_kg", "load", "kg", 1.0),
+    say("forgetting_way_m", "decay distance", "mm", 1e3),
+    say("load_mass_kg", "load mass", "kg", 1.0),
     say("stiffness_N_m", "stiffness", "N/mm", 1e-3),
     say("damping_Ns_m", "damping", "N s/m", 1.0),
-    say("gap_m", "whole play", "mm", 1e3),
+    say("gap_m", "total play", "mm", 1e3),
     say("force_N", "force", "N", 1.0),
-    say("of_velocity", "over the velocity", "", 1.0),
+    say("of_velocity", "over velocity", "", 1.0),
     say("from", "from", "m or m/s", 1.0),
     say("to", "to", "m or m/s", 1.0),
     say("force_?_N", "at knot ?", "N", 1.0),
     say("shift_?_V", "at knot ?", "V", 1.0),
-    say("error_a_?_Pa", "gauge a at knot ?", "kPa", 1e-3),
-    say("error_b_?_Pa", "gauge b at knot ?", "kPa", 1e-3),
-    say("buffer_length_m", "buffer's length", "mm", 1e3),
-    say("buffer_stiffness_N_m", "buffer's stiffness", "N/mm", 1e-3),
-    say("buffer_damping_Ns_m", "buffer's damping", "N s/m", 1.0),
+    say("error_a_?_Pa", "gauge A at knot ?", "kPa", 1e-3),
+    say("error_b_?_Pa", "gauge B at knot ?", "kPa", 1e-3),
+    say("buffer_length_m", "buffer length", "mm", 1e3),
+    say("buffer_stiffness_N_m", "buffer stiffness", "N/mm", 1e-3),
+    say("buffer_damping_Ns_m", "buffer damping", "N s/m", 1.0),
 ];
 
 /// What `?` may stand for: a side, or a knot of a table.
@@ -171,7 +182,7 @@ fn spoken_as(parameter: &str, value: f64) -> Option<(String, &'static Spoken)> {
     for spoken in SPOKEN.iter().filter(|spoken| value.abs() < spoken.below) {
         for side in WHICH {
             if spoken.key.replace('?', side) == parameter {
-                return Some((spoken.words.replace('?', side), spoken));
+                return Some((spoken.words.replace('?', &side.to_uppercase()), spoken));
             }
         }
     }
@@ -192,7 +203,7 @@ pub fn digits(value: f64) -> String {
 }
 
 impl Size {
-    /// "wall conductance a 33.7 ± 0.9 W/K"
+    /// "wall conductance of chamber A 33.7 ± 0.9 W/K"
     pub fn spoken(&self) -> String {
         let (words, number, unit) = self.parts();
         format!("{words} {number} {unit}").trim().to_owned()
@@ -247,61 +258,59 @@ pub fn meaning(effect: &str, form: Option<&str>) -> &'static str {
 
 fn known_meaning(effect: &str, form: Option<&str>) -> Option<&'static str> {
     Some(match (effect, form) {
-        ("tube-line", _) => "tubes between valve and chambers hold gas, delay and throttle it",
+        ("tube-line", _) => {
+            "the tubes between valve and chambers store, delay and throttle the gas"
+        }
         ("spool-dynamics", _) => "the spool follows the command as a second-order lag",
         ("valve-hysteresis", _) => "play (backlash) between command and stem or spool",
-        ("valve-delay", _) => "the valve acts on the command of a while ago",
+        ("valve-delay", _) => "dead time between command and valve",
         ("slew-limit", _) => {
-            "the rate of the stem or spool is limited, one limit for each direction"
+            "the speed of the stem or spool is limited, with one limit per direction"
         }
-        ("piston-leakage", Some("orifice")) => "gas passes the piston through an orifice",
-        ("piston-leakage", _) => "gas passes the piston's seal through a laminar gap",
-        ("chamber-leakage", Some("orifice")) => "gas leaks to the surroundings through an orifice",
-        ("chamber-leakage", _) => "gas leaks to the surroundings through a laminar gap",
+        ("piston-leakage", Some("orifice")) => "leakage across the piston, orifice flow",
+        ("piston-leakage", _) => "leakage across the piston seal, laminar flow",
+        ("chamber-leakage", Some("orifice")) => "leakage to ambient, orifice flow",
+        ("chamber-leakage", _) => "leakage to ambient, laminar flow",
         ("supply-droop", Some("gauge before the feed")) => {
-            "the supply's pressure sags at the valve, behind the gauge that records it: what feeds the valve there is too narrow"
+            "the supply pressure drops at the valve, downstream of its gauge: the feed line is too narrow"
         }
         ("supply-droop", _) => {
-            "the supply's pressure sags: the regulator refills its tank more slowly than the valve empties it"
+            "the supply pressure drops: the regulator refills its tank more slowly than the valve empties it"
         }
         ("exhaust-back-pressure", _) => {
-            "the silencer holds the exhaust above ambient pressure while much gas leaves"
+            "the silencer keeps the exhaust above ambient pressure at high flow"
         }
         ("gas-temperature-dynamics", _) => {
-            "the gas temperature follows its own balance, with heat exchange to the wall"
+            "the gas temperature follows an energy balance with heat exchange to the wall"
         }
         ("variable-heat-transfer", _) => {
-            "the heat transfer to the wall changes with the gas's density and flow"
+            "the heat transfer to the wall depends on the density and flow of the gas"
         }
-        ("wall-temperature", _) => "the cylinder's wall is not at the surroundings' temperature",
-        ("dead-volume", _) => "the chamber's dead volume is not the one stated",
+        ("wall-temperature", _) => "the cylinder wall is not at ambient temperature",
+        ("dead-volume", _) => "the dead volume of the chamber differs from the rig file",
         ("coulomb-friction", _) => "dry (Coulomb) friction",
         ("viscous-friction", _) => "viscous friction",
-        ("stribeck-friction", _) => "a breakaway force above the sliding friction (Stribeck)",
-        ("pressure-dependent-friction", _) => "dry friction that grows with the pressure",
+        ("stribeck-friction", _) => "break-away force above the sliding friction (Stribeck)",
+        ("pressure-dependent-friction", _) => "dry friction that increases with pressure",
         ("position-dependent-friction", Some("slope")) => {
-            "friction whose level changes steadily along the stroke"
+            "friction that changes linearly along the stroke"
         }
-        ("position-dependent-friction", _) => {
-            "friction whose level rises and falls in a wave along the stroke"
-        }
-        ("direction-dependent-friction", _) => "friction that is larger one way than the other",
-        ("dwell-stiction", _) => "a breakaway force that grows with the time at rest",
+        ("position-dependent-friction", _) => "friction that varies periodically along the stroke",
+        ("direction-dependent-friction", _) => "friction that differs between the two directions",
+        ("dwell-stiction", _) => "break-away force that increases with the time at rest",
         ("constant-force", _) => "a constant force",
-        ("unknown-force", _) => "a force that no law explains, as a table",
-        ("unknown-reading", _) => "a gauge that is off by what no law explains, as a table",
-        ("unknown-opening", _) => "openings of the valve that no law explains, as a table",
-        ("load-compliance", _) => "part of the moving mass hangs behind a spring",
-        ("load-backlash", _) => "part of the moving mass hangs behind a play",
+        ("unknown-force", _) => "unmodelled force, as a table",
+        ("unknown-reading", _) => "unmodelled gauge error, as a table",
+        ("unknown-opening", _) => "unmodelled error of the valve opening, as a table",
+        ("load-compliance", _) => "part of the moving mass is coupled by a spring",
+        ("load-backlash", _) => "part of the moving mass is coupled with play",
         ("end-cushion", Some("elastic")) => "elastic buffers at the ends of the stroke",
         ("end-cushion", _) => {
-            "pneumatic cushions: near its end a chamber breathes out through a needle"
+            "pneumatic cushions: near the end of stroke the chamber exhausts through a needle valve"
         }
         ("pressure-sensor-lag", _) => "the pressure sensors lag",
-        ("pressure-sensor-offset", _) => "a pressure sensor reads too much or too little",
-        ("position-time-skew", _) => {
-            "the position is recorded at another time than the other channels"
-        }
+        ("pressure-sensor-offset", _) => "a pressure sensor has an offset",
+        ("position-time-skew", _) => "time skew between the position and the other channels",
         _ => return None,
     })
 }
@@ -318,7 +327,7 @@ pub fn effect_at_places(effect: &str, form: Option<&str>, places: &[&str]) -> St
     format!("{}{form} {places}", effect.replace('-', " "))
 }
 
-/// The same with its sizes: "dead volume in chamber b (additional volume b 5.5 ± 0.2 L)".
+/// An effect with its sizes: "dead volume in chamber B (additional volume of chamber B 5.5 ± 0.2 L)".
 pub fn named(candidate: &Candidate, sizes: &[Size]) -> String {
     let spoken: Vec<String> = sizes.iter().map(Size::spoken).collect();
     let sizes = if spoken.is_empty() {
@@ -330,20 +339,37 @@ pub fn named(candidate: &Candidate, sizes: &[Size]) -> String {
     format!("{what}{sizes}")
 }
 
-/// "in chamber a", "in the force balance", "at the sensor of x".
+/// "in chamber A", "in the force balance", "at the position sensor".
 fn place_in_words(place: &str) -> String {
+    let preposition = match place {
+        "valve-command" => return "between command and valve".into(),
+        sensor if sensor.starts_with("sensor.") => "at the",
+        "chamber-a" | "chamber-b" => "in",
+        _ => "in the",
+    };
+    format!("{preposition} {}", self::place(place))
+}
+
+/// "chamber A", "force balance", "position sensor".
+pub fn place(place: &str) -> String {
     match place {
-        "chamber-a" => "in chamber a".into(),
-        "chamber-b" => "in chamber b".into(),
-        "force-balance" => "in the force balance".into(),
-        "valve-flow" => "in the valve's flow".into(),
-        "valve-command" => "between command and valve".into(),
-        "supply" => "in the supply".into(),
-        "exhaust" => "in the exhaust".into(),
+        "chamber-a" => "chamber A".into(),
+        "chamber-b" => "chamber B".into(),
         other => match other.strip_prefix("sensor.") {
-            Some(signal) => format!("at the sensor of {signal}"),
-            None => format!("at {other}"),
+            Some(signal) => format!("{} sensor", signals::spoken(signal)),
+            None => other.replace('-', " "),
         },
+    }
+}
+
+/// A probability or a share: "95 %", "more than 99 %", "less than 1 %".
+pub fn percent(part: f64) -> String {
+    if part > 0.99 && part < 1.0 {
+        "more than 99 %".into()
+    } else if part > 0.0 && part < 0.01 {
+        "less than 1 %".into()
+    } else {
+        format!("{:.0} %", 100.0 * part)
     }
 }
 
@@ -369,13 +395,16 @@ mod tests {
             std,
         };
         let volume = size("volume_b_m3", 5.492e-3, Some(1.9e-4));
-        assert_eq!(volume.spoken(), "additional volume b 5.49 ± 0.19 L");
+        assert_eq!(
+            volume.spoken(),
+            "additional volume of chamber B 5.49 ± 0.19 L"
+        );
         let growth = size("per_mean_pressure_N_Pa", 1.43e-5, None);
         assert_eq!(growth.spoken(), "per mean pressure 1.43 N/bar");
         assert_eq!(size("delay_s", -0.32, None).spoken(), "delay -320 ms");
         assert_eq!(
             size("laminar_a_kg_s_Pa2", 1.1e-16, None).spoken(),
-            "coefficient a 1.10e-16 kg/(s Pa²)"
+            "laminar conductance of chamber A 1.10e-16 kg/(s Pa²)"
         );
     }
 
@@ -461,7 +490,8 @@ mod tests {
             "sensor.p_a",
         ];
         for place in places {
-            assert_ne!(place_in_words(place), format!("at {place}"));
+            let words = place_in_words(place);
+            assert!(!words.contains(['-', '.', '_']), "{words}");
         }
     }
 

@@ -439,18 +439,20 @@ fn told(task: &LawTask<'_>, bench: &Bench<'_>, solved: Solved, residuals: FitRes
 /// How a law is predicted, in words.
 pub fn prediction(law: Law) -> String {
     match law.fit_window_s() {
-        Some(window_s) => format!("windows of {window_s} s, each begun from the recorded motion"),
-        None => "each whole recording at once, its initial states estimated".into(),
+        Some(window_s) => format!("windows of {window_s} s, each starting at the recorded motion"),
+        None => "the whole recording from estimated initial states".into(),
     }
 }
 
 fn stopped(reason: Reason) -> &'static str {
     match reason {
-        Reason::Gradient => "no direction lowers the error any more",
-        Reason::Step => "the steps became too small to matter",
-        Reason::Cost => "the error cannot be lowered enough to matter",
-        Reason::Stalled => "NOT CONVERGED: no step lowers the error though one should",
-        Reason::IterationLimit => "NOT CONVERGED: the limit on iterations was reached",
+        Reason::Gradient => "minimum of the error reached",
+        Reason::Step => "steps below the tolerance",
+        Reason::Cost => "reduction of the error below the tolerance",
+        Reason::Stalled => {
+            "NOT CONVERGED: no step reduces the error although the gradient is not zero"
+        }
+        Reason::IterationLimit => "NOT CONVERGED: iteration limit reached",
     }
 }
 
@@ -495,15 +497,15 @@ fn note(parameter: &FittedParameter, determined: bool) -> String {
             "AT ITS UPPER BOUND"
         }
     } else if !determined {
-        "left open by the data"
+        "not determined by the data"
     } else if prior_only(parameter) {
-        "the data add little to what was known"
+        "determined by the prior"
     } else {
         ""
     };
     match (scaled, told) {
-        (true, "") => "scale of the table".into(),
-        (true, told) => format!("scale of the table; {told}"),
+        (true, "") => "scale factor of the table".into(),
+        (true, told) => format!("scale factor of the table; {told}"),
         (false, told) => told.into(),
     }
 }
@@ -557,7 +559,7 @@ fn sentence(parts: &[(usize, f64)], names: &[String]) -> String {
         return String::new();
     };
     if others.is_empty() {
-        return format!("the recordings say nothing of {}", names[*first]);
+        return format!("the recordings do not determine {}", names[*first]);
     }
     let moved: Vec<String> = others
         .iter()
@@ -571,7 +573,7 @@ fn sentence(parts: &[(usize, f64)], names: &[String]) -> String {
         })
         .collect();
     format!(
-        "the recordings cannot tell: {} raised with {} predicts the same",
+        "not separable: {} raised with {} gives the same prediction",
         names[*first],
         moved.join(" and ")
     )

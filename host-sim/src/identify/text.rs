@@ -15,7 +15,7 @@ impl fmt::Display for LawFit {
         writeln!(out, "{}", self.law.title())?;
         write!(out, "{}", parameter_columns(&self.parameters))?;
         if !self.correlations.is_empty() {
-            writeln!(out, "  move together (correlation):")?;
+            writeln!(out, "  correlated parameters:")?;
         }
         for pair in &self.correlations {
             writeln!(
@@ -27,7 +27,7 @@ impl fmt::Display for LawFit {
         for sentence in &self.undetermined {
             writeln!(out, "  {sentence}")?;
         }
-        writeln!(out, "  RMS error, {}:", self.prediction)?;
+        writeln!(out, "  rms error, {}:", self.prediction)?;
         write!(out, "{}", error_columns(&self.errors))?;
         writeln!(
             out,
@@ -36,7 +36,7 @@ impl fmt::Display for LawFit {
         )?;
         writeln!(
             out,
-            "  residuals: about {:.0} rows in a row count as one for the standard deviations",
+            "  residuals are correlated: for the standard deviations about {:.0} successive rows count as one",
             self.correlated_rows
         )
     }
@@ -87,7 +87,7 @@ fn error_row(error: &SignalError, unit: &str, si_per_unit: f64) -> Vec<String> {
     };
     let pair = |errors: BeforeAfter| [figure(errors.before), figure(errors.after)];
     let mut row = vec![
-        error.signal.to_owned(),
+        crate::signals::spoken(error.signal).to_owned(),
         unit.to_owned(),
         figure(Some(error.noise)),
     ];

@@ -2,16 +2,29 @@
 //!
 //! A chart becomes a figure element with its data as JSON beside it;
 //! `assets/report.js` draws it. Every chart is a [`ChartStack`] of one panel.
+//!
+//! Long columns are packed: 24 bits a value over the column's range, as base64. So a recording
+//! stands in the page with all its rows, the script thins what it draws to the pixels at hand,
+//! and zooming in brings the rows themselves.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
 use super::decimate::{self, BandPoint, Point};
 use super::escape;
 use super::number::Rounding;
 
-/// Points kept per series unless [`Chart::detail`] says otherwise: five for
-/// every pixel column of a chart as wide as the page.
-const DEFAULT_DETAIL: usize = 6_000;
+/// Points kept per series unless [`Chart::detail`] says otherwise.
+const DEFAULT_DETAIL: usize = 40_000;
+
+/// From this many values on a column is packed; short ones stay readable.
+const LEAST_PACKED: usize = 600;
+/// The largest packed number; the one above it is a gap.
+const PACKED_MOST: u32 = 0x00FF_FFFE;
+const PACKED_GAP: u32 = PACKED_MOST + 1;
+/// Steps of x that differ by less than this part of a step are one step.
+const EVEN_STEP: f64 = 1e-3;
 
 /// Digits of the y range written into the page, see [`Rounding::for_range`].
 const Y_DIGITS: i32 = 5;
@@ -257,8 +270,8 @@ impl Chart {
         self
     }
 
-    /// How many points to keep of each series. Twice as many bear twice the
-    /// magnification and make the page twice as large.
+    /// How many points to keep of each series: all rows of a shorter one. A longer
+    /// one is thinned, and its magnified view shows an envelope.
     pub fn detail(mut self, points: usize) -> Self {
         self.detail = points;
         self
@@ -313,8 +326,8 @@ impl Chart {
         self
     }
 
-    /// What a reader who cannot see the chart is told; else title, axes and
-    /// names of the curves are.
+    /// The description for a reader who cannot see the chart; without it title, axes and
+    /// names of the curves.
     pub fn describe(mut self, text: impl Into<String>) -> Self {
         self.description = text.into();
         self
@@ -349,6 +362,7 @@ fn with_unit(axis: &Axis) -> String {
 pub struct ChartStack {
     title: String,
     note: String,
+    view: Option<(f64, f64)>,
     panels: Vec<Chart>,
 }
 
@@ -358,8 +372,16 @@ impl ChartStack {
         Self {
             title: title.into(),
             note: String::new(),
+            view: None,
             panels: Vec::new(),
         }
+    }
+
+    /// Opens the chart on this part of the x axis; the reader can show all.
+    pub fn view(mut self, from: f64, to: f64) -> Self {
+        let usable = from.is_finite() && to.is_finite() && from < to;
+        self.view = usable.then_some((from, to));
+        self
     }
 
     /// Adds a chart below the others. The last one's x axis serves them all.
@@ -421,7 +443,12 @@ impl ChartStack {
             .map(|panel| panel_data(panel, &x, stacked))
             .collect();
         // Only maps with keys other than strings could fail, and there are none.
-        serde_json::to_string(&StackData { x, panels }).unwrap_or_default()
+        serde_json::to_string(&StackData {
+            x,
+            view: self.view,
+            panels,
+        })
+        .unwrap_or_default()
     }
 }
 
@@ -430,6 +457,7 @@ impl From<Chart> for ChartStack {
         Self {
             title: chart.title.clone(),
             note: chart.note.clone(),
+            view: None,
             panels: vec![chart],
         }
     }
@@ -438,6 +466,8 @@ impl From<Chart> for ChartStack {
 #[derive(Serialize)]
 struct StackData {
     x: Axis,
+    /// The part of x shown first; null for all of it.
+    view: Option<(f64, f64)>,
     panels: Vec<PanelData>,
 }
 
@@ -460,27 +490,86 @@ struct SeriesData {
     role: Role,
     shape: Shape,
     dashed: bool,
+    /// Whether points were dropped: between those that stay nothing is known.
+    thinned: bool,
     /// Whether x ascends; else the cursor looks for the nearest point.
     ordered: bool,
     x: Column,
-    y: Vec<Number>,
+    y: Column,
 }
 
 #[derive(Serialize)]
 struct BandData {
     name: String,
     role: Role,
-    x: Vec<Number>,
-    lower: Vec<Number>,
-    upper: Vec<Number>,
+    x: Column,
+    lower: Column,
+    upper: Column,
 }
 
-/// The x values, or the position of an earlier series that has the same.
+/// Values of a series.
 #[derive(Serialize, PartialEq)]
 #[serde(untagged)]
 enum Column {
+    /// Those of an earlier series at this position.
     SameAs(usize),
+    /// One by one.
     Values(Vec<Number>),
+    /// From `first` on in equal steps.
+    Even { first: f64, step: f64, count: usize },
+    /// Base64 of 24 bits a value, most significant byte first: 0 is `low`,
+    /// [`PACKED_MOST`] is `high`, [`PACKED_GAP`] a gap.
+    Packed { low: f64, high: f64, packed: String },
+}
+
+impl Column {
+    fn of(axis: &Axis, values: &[f64], digits: i32) -> Self {
+        if axis.logarithmic || values.len() < LEAST_PACKED {
+            return Self::Values(numbers(axis, values, digits));
+        }
+        even(values).unwrap_or_else(|| packed(values))
+    }
+}
+
+/// A column in equal steps, as recordings have.
+fn even(values: &[f64]) -> Option<Column> {
+    let (&first, &last) = (values.first()?, values.last()?);
+    let step = (last - first) / (values.len() - 1) as f64;
+    let is_even = step > 0.0
+        && values
+            .iter()
+            .enumerate()
+            .all(|(place, value)| (value - first - step * place as f64).abs() <= EVEN_STEP * step);
+    let count = values.len();
+    is_even.then_some(Column::Even { first, step, count })
+}
+
+fn packed(values: &[f64]) -> Column {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let low = finite().fold(f64::INFINITY, f64::min);
+    let high = finite().fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
+    let per_unit = if high > low {
+        f64::from(PACKED_MOST) / (high - low)
+    } else {
+        0.0
+    };
+    let bytes: Vec<u8> = values
+        .iter()
+        .map(|value| {
+            if value.is_finite() {
+                ((value - low) * per_unit).round() as u32
+            } else {
+                PACKED_GAP
+            }
+        })
+        .flat_map(|number| {
+            let [_, top, middle, bottom] = number.to_be_bytes();
+            [top, middle, bottom]
+        })
+        .collect();
+    let packed = STANDARD.encode(bytes);
+    Column::Packed { low, high, packed }
 }
 
 /// A number written short: whole ones without a point, gaps as null.
@@ -544,18 +633,31 @@ fn panel_data(panel: &Chart, x: &Axis, stacked: bool) -> PanelData {
 }
 
 fn series_data(series: &Series, panel: &Chart, x: &Axis, before: &[SeriesData]) -> SeriesData {
-    let points = decimate::series(&series.points, panel.detail, x.logarithmic);
+    let is_step = series.shape == Shape::Step;
+    let whole = if is_step && series.points.len() > panel.detail {
+        decimate::changes(&series.points)
+    } else {
+        series.points.clone()
+    };
+    let points = decimate::series(&whole, panel.detail, x.logarithmic);
+    let thinned = points.len() < whole.len();
     let (abscissae, ordinates): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-    let column = Column::Values(numbers(x, &abscissae, X_DIGITS));
+    let column = Column::of(x, &abscissae, X_DIGITS);
     let same = before.iter().position(|other| other.x == column);
     SeriesData {
         name: series.name.clone(),
         role: series.role,
-        shape: series.shape,
+        // Steps between the points that stay would be none of the recording's.
+        shape: if is_step && thinned {
+            Shape::Line
+        } else {
+            series.shape
+        },
         dashed: series.dashed,
+        thinned,
         ordered: decimate::ascends(&abscissae),
         x: same.map_or(column, Column::SameAs),
-        y: numbers(&panel.y, &ordinates, Y_DIGITS),
+        y: Column::of(&panel.y, &ordinates, Y_DIGITS),
     }
 }
 
@@ -565,9 +667,9 @@ fn band_data(band: &Band, panel: &Chart, x: &Axis) -> BandData {
     BandData {
         name: band.name.clone(),
         role: band.role,
-        x: numbers(x, &column(|point| point.0), X_DIGITS),
-        lower: numbers(&panel.y, &column(|point| point.1), Y_DIGITS),
-        upper: numbers(&panel.y, &column(|point| point.2), Y_DIGITS),
+        x: Column::of(x, &column(|point| point.0), X_DIGITS),
+        lower: Column::of(&panel.y, &column(|point| point.1), Y_DIGITS),
+        upper: Column::of(&panel.y, &column(|point| point.2), Y_DIGITS),
     }
 }
 
@@ -612,6 +714,78 @@ mod tests {
         assert_eq!(data(chart)["panels"][0]["series"][1]["x"], 0);
     }
 
+    /// Columns as the script unpacks them.
+    fn unpacked(column: &serde_json::Value) -> Vec<f64> {
+        let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
+        if let Some(values) = column.as_array() {
+            return values.iter().map(number).collect();
+        }
+        if let Some(count) = column["count"].as_u64() {
+            let (first, step) = (number(&column["first"]), number(&column["step"]));
+            return (0..count).map(|row| first + step * row as f64).collect();
+        }
+        let (low, high) = (number(&column["low"]), number(&column["high"]));
+        let bytes = STANDARD.decode(column["packed"].as_str().unwrap()).unwrap();
+        let value = |three: &[u8]| {
+            let whole = u32::from_be_bytes([0, three[0], three[1], three[2]]);
+            if whole == PACKED_GAP {
+                f64::NAN
+            } else {
+                low + (high - low) * f64::from(whole) / f64::from(PACKED_MOST)
+            }
+        };
+        bytes.chunks(3).map(value).collect()
+    }
+
+    #[test]
+    fn prop_every_row_of_a_recording_is_in_the_page() {
+        let time: Vec<f64> = (0..9_000).map(|row| f64::from(row) * 1e-3).collect();
+        let mut values: Vec<f64> = time.iter().map(|t| 4e5 + 1e5 * (9.0 * t).sin()).collect();
+        values[77] = f64::NAN;
+        for jitter_s in [0.0, 3e-4] {
+            let time: Vec<f64> = time
+                .iter()
+                .map(|t| t + jitter_s * (1e4 * t).sin())
+                .collect();
+            let series = Series::columns("p", Role::Recorded, &time, &values);
+            let data = data(Chart::new("all").series(series));
+            let series = &data["panels"][0]["series"][0];
+            assert_eq!(series["thinned"], false);
+            let (x, y) = (unpacked(&series["x"]), unpacked(&series["y"]));
+            assert_eq!((x.len(), y.len()), (time.len(), values.len()));
+            for row in 0..time.len() {
+                assert!((x[row] - time[row]).abs() < 2e-6);
+                let is_same = (y[row] - values[row]).abs() < 0.01;
+                assert!(is_same || (y[row].is_nan() && row == 77), "{row}");
+            }
+        }
+    }
+
+    /// A command of 300 000 rows was drawn in steps between every hundredth of them.
+    #[test]
+    fn prop_a_command_is_drawn_in_steps_only_where_every_change_of_it_is_there() {
+        let shape = |change_every: i32| {
+            let points = (0..300_000).map(|row| {
+                let level = f64::from((row / change_every) % 7);
+                (f64::from(row) * 1e-3, level)
+            });
+            let series = Series::new("u", Role::Recorded, points).step();
+            let data = data(Chart::new("command").detail(5_000).series(series));
+            let series = data["panels"][0]["series"][0].clone();
+            (
+                series["shape"].as_str().unwrap().to_owned(),
+                unpacked(&series["y"]),
+            )
+        };
+        let (kept, levels) = shape(1_000);
+        assert_eq!(kept, "step");
+        // Each change, and the last row.
+        assert_eq!(levels.len(), 301);
+        let (thinned, levels) = shape(1);
+        assert_eq!(thinned, "line");
+        assert!(levels.len() <= 5_000);
+    }
+
     #[test]
     fn regress_a_histogram_has_area_one() {
         let samples: Vec<f64> = (0..1_000)
@@ -626,17 +800,21 @@ mod tests {
         assert_eq!(density(&[2.0, 2.0], 4).len(), 5);
     }
 
+    /// A row costs four characters; of a very long recording the budget of points is kept, of
+    /// which the times are no longer even.
     #[test]
     fn regress_long_recordings_become_small() {
-        let points = (0..40_000).map(|index| {
-            let time = f64::from(index) * 1e-3;
-            (
-                time,
-                400_000.0 + 1e5 * time.sin() + 1e3 * (time * 977.0).cos(),
-            )
-        });
-        let chart = Chart::new("long").series(Series::new("p", Role::Recorded, points));
-        let bytes = ChartStack::from(chart).to_json().len();
-        assert!(bytes < 110_000, "{bytes}");
+        for (rows, most) in [(40_000, 165_000), (400_000, 330_000)] {
+            let points = (0..rows).map(|index| {
+                let time = f64::from(index) * 1e-3;
+                (
+                    time,
+                    400_000.0 + 1e5 * time.sin() + 1e3 * (time * 977.0).cos(),
+                )
+            });
+            let chart = Chart::new("long").series(Series::new("p", Role::Recorded, points));
+            let bytes = ChartStack::from(chart).to_json().len();
+            assert!(bytes < most, "{bytes}");
+        }
     }
 }

@@ -40,6 +40,18 @@ pub fn series(points: &[Point], budget: usize, logarithmic_x: bool) -> Vec<Point
         .collect()
 }
 
+/// The points at which a held value changes, and the last one: nothing is lost.
+pub fn changes(points: &[Point]) -> Vec<Point> {
+    let last = points.len().saturating_sub(1);
+    let is_kept = |(place, point): &(usize, &Point)| {
+        let before = place.checked_sub(1).map(|before| points[before].1);
+        let changes = before.is_none_or(|before| before.to_bits() != point.1.to_bits());
+        changes || *place == last
+    };
+    let kept = points.iter().enumerate().filter(is_kept);
+    kept.map(|(_, point)| *point).collect()
+}
+
 /// At most `budget` points of a band: the envelope of every bucket.
 pub fn band(points: &[BandPoint], budget: usize, logarithmic_x: bool) -> Vec<BandPoint> {
     if points.len() <= budget {
@@ -101,7 +113,7 @@ fn bucket_of_each(abscissae: &[f64], count: usize, logarithmic_x: bool) -> Vec<u
     abscissae.iter().map(bucket).collect()
 }
 
-/// The telling points of one bucket, in their order.
+/// The points of one bucket that stay, in their order.
 fn keep(bucket: &[Point], ordered: bool) -> Vec<Point> {
     let finite = || {
         bucket

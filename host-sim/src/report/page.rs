@@ -15,13 +15,18 @@ use crate::output::write_whole;
 const STYLE: &str = include_str!("../../assets/report.css");
 const SCRIPT: &str = include_str!("../../assets/report.js");
 
-/// Nothing may be loaded from anywhere; style and script are in the page.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+/// Nothing may be loaded from anywhere; style and script are in the page. A plot that is saved
+/// as PNG passes through an image made in the page.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
 /// Charts are drawn by script; everything else is there without it.
 const NO_SCRIPT: &str = "<noscript><p>Charts need JavaScript; the rest does not.</p></noscript>\n";
 
-/// From this many sections on a table of contents helps.
+/// A longer sentence is set smaller, so that the first screen holds figures and a plot too.
+const LONG_LEAD_CHARACTERS: usize = 110;
+
+/// From this many open sections on a table of contents helps; folded ones are their own.
 const SECTIONS_WORTH_CONTENTS: usize = 3;
 
 #[derive(Debug, Clone)]
@@ -38,6 +43,7 @@ pub struct Page {
     title: String,
     lead: String,
     tiles: Vec<Tile>,
+    opening: String,
     sections: Vec<Section>,
     provenance: Option<Provenance>,
 }
@@ -49,6 +55,7 @@ impl Page {
             title: title.into(),
             lead: String::new(),
             tiles: Vec::new(),
+            opening: String::new(),
             sections: Vec::new(),
             provenance: None,
         }
@@ -72,6 +79,22 @@ impl Page {
             value: value.into(),
             unit: unit.into(),
             note: note.into(),
+        });
+    }
+
+    /// What the reader sees with the key figures on the first screen, above all sections.
+    pub fn opening(&mut self, fill: impl FnOnce(&mut Section)) {
+        let mut section = Section::new(String::new(), String::new());
+        fill(&mut section);
+        self.opening.push_str(&section.body);
+    }
+
+    /// Adds a section that is closed until the reader opens it, or a link to it does; in
+    /// print it is open.
+    pub fn folded_section(&mut self, heading: impl Into<String>, fill: impl FnOnce(&mut Section)) {
+        self.section(heading, |section| {
+            section.is_folded = true;
+            fill(section);
         });
     }
 
@@ -124,11 +147,12 @@ impl Page {
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\">\n\
              <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-             {NO_SCRIPT}<header>\n<h1>{title}</h1>\n{lead}{tiles}{contents}</header>\n\
+             {NO_SCRIPT}<header>\n<h1>{title}</h1>\n{lead}{tiles}{opening}{contents}</header>\n\
              <main>\n{sections}</main>\n{footer}\
              <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
             lead = self.lead_html(),
             tiles = self.tiles_html(),
+            opening = self.opening,
             contents = self.contents_html(),
         )
     }
@@ -144,6 +168,9 @@ impl Page {
     fn lead_html(&self) -> String {
         match self.lead.as_str() {
             "" => String::new(),
+            lead if lead.chars().count() > LONG_LEAD_CHARACTERS => {
+                format!("<p class=\"lead long\">{}</p>\n", escape::prose(lead))
+            }
             lead => format!("<p class=\"lead\">{}</p>\n", escape::prose(lead)),
         }
     }
@@ -157,7 +184,8 @@ impl Page {
     }
 
     fn contents_html(&self) -> String {
-        if self.sections.len() < SECTIONS_WORTH_CONTENTS {
+        let open = self.sections.iter().filter(|section| !section.is_folded);
+        if open.count() < SECTIONS_WORTH_CONTENTS {
             return String::new();
         }
         let entry = |section: &Section| {
@@ -189,6 +217,7 @@ impl Tile {
 pub struct Section {
     id: String,
     heading: String,
+    is_folded: bool,
     body: String,
 }
 
@@ -197,6 +226,7 @@ impl Section {
         Self {
             id,
             heading,
+            is_folded: false,
             body: String::new(),
         }
     }
@@ -283,10 +313,13 @@ impl Section {
 
     fn to_html(&self) -> String {
         let heading = escape::prose(&self.heading);
-        format!(
-            "<section id=\"{}\">\n<h2>{heading}</h2>\n{}</section>\n",
-            self.id, self.body
-        )
+        let (id, body) = (&self.id, &self.body);
+        if self.is_folded {
+            return format!(
+                "<section id=\"{id}\" class=\"folded\">\n<details>\n<summary><h2>{heading}</h2></summary>\n{body}</details>\n</section>\n"
+            );
+        }
+        format!("<section id=\"{id}\">\n<h2>{heading}</h2>\n{body}</section>\n")
     }
 }
 

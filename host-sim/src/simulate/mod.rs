@@ -226,7 +226,7 @@ impl Simulation {
             return None;
         };
         Some(format!(
-            "stopped at {time_s} s: the carriage left its stroke at x = {:.1} mm, and the model has \
+            "stopped at {time_s} s: the carriage reached the end of its stroke at x = {:.1} mm, and the model has \
              no end stops; start elsewhere, shorten duration_s or turn the command back earlier",
             1e3 * position_m
         ))

@@ -17,7 +17,7 @@ pub fn page(scenario: &Scenario, simulation: &Simulation) -> Page {
     let mut page = Page::new(title(scenario));
     page.lead(lead(scenario, simulation));
     tiles(&mut page, scenario, simulation);
-    page.section("What happens", |section| {
+    page.section("Signals", |section| {
         if let Some(note) = simulation.note() {
             section.callout(capitalised(&note));
         }
@@ -43,7 +43,7 @@ fn lead(scenario: &Scenario, simulation: &Simulation) -> String {
         "The carriage travels {} mm at up to {} m/s; the gas in chamber {} cools to {} K, {} K below ambient.",
         number::significant(MM_PER_M * figures.travel_m, 3),
         number::significant(figures.peak_speed_m_s.0, 3),
-        figures.coldest.letter(),
+        figures.coldest.letter().to_uppercase(),
         number::fixed(lowest_k, 0),
         number::fixed(ambient_k - lowest_k, 0),
     )
@@ -78,7 +78,11 @@ fn tiles(page: &mut Page, scenario: &Scenario, simulation: &Simulation) {
         "lowest gas temperature",
         number::fixed(lowest_k, 1),
         "K",
-        format!("chamber {}, {}", figures.coldest.letter(), at(lowest_at_s)),
+        format!(
+            "chamber {}, {}",
+            figures.coldest.letter().to_uppercase(),
+            at(lowest_at_s)
+        ),
     );
     let last_s = simulation.samples.last().map_or(0.0, |last| last.time_s);
     page.tile(
@@ -108,7 +112,7 @@ fn plots(scenario: &Scenario, simulation: &Simulation) -> ChartStack {
         )))
         .panel(temperature_panel(scenario, simulation));
     match scenario.noise_seed {
-        Some(_) => stack.note("Drawn without the noise and the quanta of the recording."),
+        Some(_) => stack.note("Shown without the noise and quantisation of the recording."),
         None => stack,
     }
 }
@@ -139,10 +143,10 @@ fn command_panel(simulation: &Simulation) -> Chart {
 
 fn pressure_panel(simulation: &Simulation) -> Chart {
     let chambers = panel("Chambers", "pressure, absolute", "bar")
-        .series(curve(simulation, "chamber a", Role::Improved, |sample| {
+        .series(curve(simulation, "chamber A", Role::Improved, |sample| {
             sample.pressure_a_pa / PA_PER_BAR
         }))
-        .series(curve(simulation, "chamber b", Role::Refitted, |sample| {
+        .series(curve(simulation, "chamber B", Role::Refitted, |sample| {
             sample.pressure_b_pa / PA_PER_BAR
         }));
     if !supply_is_near(simulation) {
@@ -173,10 +177,10 @@ fn temperature_panel(scenario: &Scenario, simulation: &Simulation) -> Chart {
     let ambient_k = super::values(&scenario.rig).ambient().temperature_k;
     panel("Gas", "temperature", "K")
         .x_axis("time", "s")
-        .series(curve(simulation, "chamber a", Role::Improved, |sample| {
+        .series(curve(simulation, "chamber A", Role::Improved, |sample| {
             sample.temperature_a_k
         }))
-        .series(curve(simulation, "chamber b", Role::Refitted, |sample| {
+        .series(curve(simulation, "chamber B", Role::Refitted, |sample| {
             sample.temperature_b_k
         }))
         .level(ambient_k, "ambient")

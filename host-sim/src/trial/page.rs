@@ -17,37 +17,37 @@ pub fn page(card: &Scorecard, how: Provenance) -> Page {
     }
     page.section("Marks", |section| section.table(marks(&card.score.marks)));
     if !card.others.is_empty() {
-        page.section("Beside other tools", |section| {
-            section.text("The same cases, judged by the same rules.");
+        page.section("Comparison with other tools", |section| {
+            section.text("The same cases and the same rules.");
             section.table(beside(card));
         });
     }
-    page.section("By what was missing", |section| {
+    page.section("By omitted effect", |section| {
         section.text(HOW_COUNTED);
         rows(section, "class", &card.score.classes);
     });
     page.section("By concealment", |section| {
-        section.text("Cases with effects of the list that count. Masked: the rig file holds numbers fitted to the affected recordings beforehand; the share is the part of the misfit's energy that this fit hid.");
+        section.text("Cases with effects of the list that count. Masked: the rig file holds numbers fitted to the affected recordings beforehand; the share is the part of the misfit energy that this fit hides.");
         rows(section, "concealment", &card.score.concealments);
     });
     page.section("By effect", |section| {
-        section.text("Cases in which the effect alone is missing and counts.");
+        section.text("Cases in which only this effect is omitted and counts.");
         rows(section, "effect", &card.score.effects);
     });
-    page.section("Are its probabilities true?", |section| {
+    page.section("Calibration of the stated probabilities", |section| {
         reliability(section, card)
     });
-    page.section("What was taken for what", |section| {
+    page.section("Confusion matrix", |section| {
         section.matrix(confusion(card))
     });
-    page.section("Back onto the chip", |section| {
-        section.text("The firmware's control task drives the true plant of every case whose effect was named rightly: moves of 10, 60 and 200 mm, sines at 0.5 and 1 Hz. The same motion and noise with three settings: the rig as given, refitted, and with what was found.");
+    page.section("Control with the found effects", |section| {
+        section.text("The control task of the firmware drives the true plant of every case whose effect was named correctly: moves of 10, 60 and 200 mm, sines at 0.5 and 1 Hz. Motion and noise are the same for three settings: the rig as given, refitted, and with the named effects.");
         section.table(on_chip(&card.cases));
     });
     page.section("Every case", |section| {
-        section.text("Misses are emphasised.");
+        section.text("Wrong verdicts are emphasised.");
         section.table(cases(&card.cases));
-        section.details("What each verdict says", |section| {
+        section.details("Sentences of the verdicts", |section| {
             section.list(card.cases.iter().map(sentence));
         });
     });
@@ -61,7 +61,7 @@ pub fn page(card: &Scorecard, how: Provenance) -> Page {
     page
 }
 
-const HOW_COUNTED: &str = "An effect counts if taking it out of the plant changes what an honestly refitted model misses of the held-out recordings, and if it was not drawn too small for an engineer to care; if none counts, the right verdict is that nothing is missing. Intervals: Wilson, 95 %.";
+const HOW_COUNTED: &str = "An effect counts if removing it from the plant changes the held-out misfit of a refitted model, and if its size is relevant in practice; if no effect counts, the right verdict is that nothing is missing. Intervals: Wilson, 95 %.";
 
 fn lead(card: &Scorecard) -> String {
     let kept = card
@@ -191,14 +191,14 @@ fn rows(section: &mut Section, what: &str, rows: &[Row]) {
 
 fn reliability(section: &mut Section, card: &Scorecard) {
     let bins = &card.score.reliability;
-    section.text("Every effect that a verdict gives a probability, against whether it is in the plant. On the line a probability is what it says.");
+    section.text("Every effect with a stated probability, compared with its presence in the plant. On the line the stated probability equals the frequency.");
     let points = bins
         .iter()
         .filter_map(|bin| Some((bin.stated, bin.right.share()?)));
     section.chart(
         Chart::new("Stated probability and frequency")
             .x_axis("stated probability", "1")
-            .y_axis("share that is there", "1")
+            .y_axis("frequency of presence", "1")
             .series(Series::new("ideal", Role::Noise, [(0.0, 0.0), (1.0, 1.0)]))
             .series(Series::new("reached", Role::Improved, points)),
     );

@@ -1,4 +1,4 @@
-//! What to record to tell two effects apart.
+//! What to record to separate two effects.
 //!
 //! First what is known of the two together: a group of effects that imitate each
 //! other, and the recording in which every one of them acts differently. Where
@@ -6,13 +6,13 @@
 //! best. All of them need the command, the supply's knob, a payload or a plug,
 //! and nothing that an axis does not have.
 
-/// Effects that imitate each other, and the recording that tells any two of
-/// them apart. The narrower a group, the further up: the first that holds both
+/// Effects that imitate each other, and the recording that separates any two of
+/// them. The narrower a group, the further up: the first that holds both
 /// speaks.
 const GROUPS: &[(&[&str], &str)] = &[
     (
         &["valve-delay", "spool-dynamics"],
-        "A chirp of the command from 5 to 200 Hz at fixed piston, at two amplitudes: a delay only shifts it, a spool also weakens it.",
+        "A chirp of the command from 5 to 200 Hz at fixed piston, at two amplitudes: a delay only shifts the response, a spool also attenuates it.",
     ),
     (
         &["slew-limit", "valve-delay", "spool-dynamics"],
@@ -25,11 +25,11 @@ const GROUPS: &[(&[&str], &str)] = &[
             "spool-dynamics",
             "slew-limit",
         ],
-        "A slow triangle of the command through the valve's null at fixed piston, and the same ten times as fast: the loop of a play stays as wide, that of a lag grows with the speed.",
+        "A slow triangle of the command through the valve's null at fixed piston, and the same ten times as fast: the hysteresis loop of a play keeps its width, that of a lag widens with the speed.",
     ),
     (
         &["pressure-sensor-lag", "position-time-skew"],
-        "Short fill bursts at fixed piston: a sensor's lag rounds the onset of the pressure, a skew of the position has nothing to act on.",
+        "Short fill bursts at fixed piston: a sensor lag rounds the onset of the pressure, a time skew of the position has no effect.",
     ),
     (
         &[
@@ -39,7 +39,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "slew-limit",
             "tube-line",
         ],
-        "Bursts of the command at fixed piston: valve and tube act there, a skew of the position has nothing to act on.",
+        "Bursts of the command at fixed piston: valve and tube act, a time skew of the position has no effect.",
     ),
     (
         &[
@@ -49,11 +49,11 @@ const GROUPS: &[(&[&str], &str)] = &[
             "slew-limit",
             "valve-hysteresis",
         ],
-        "Let the carriage swing freely with the valve held at its null: a sensor's lag shows between position and pressure, the valve does nothing.",
+        "Let the carriage swing freely with the valve held at its null: a sensor lag appears between position and pressure, the valve has no effect.",
     ),
     (
         &["tube-line", "dead-volume"],
-        "Bursts at fixed piston at both ends of the stroke, and slow strokes with the valve at its null: a volume shows in both, a tube's lag in the bursts alone.",
+        "Bursts at fixed piston at both ends of the stroke, and slow strokes with the valve at its null: a volume appears in both, the lag of a tube only in the bursts.",
     ),
     (
         &[
@@ -62,23 +62,23 @@ const GROUPS: &[(&[&str], &str)] = &[
             "spool-dynamics",
             "pressure-sensor-lag",
         ],
-        "Bursts of the command at two amplitudes with the piston fixed at both ends of the stroke: a tube's lag depends on the volume behind it and on the flow, the others do not.",
+        "Bursts of the command at two amplitudes with the piston fixed at both ends of the stroke: the lag of a tube depends on the volume behind it and on the flow, the other lags do not.",
     ),
     (
         &["spool-dynamics", "valve-delay", "dead-volume"],
-        "A chirp of the command at fixed piston at both ends of the stroke: a volume counts ten times as much at its own end, the valve's lag is the same at both.",
+        "A chirp of the command at fixed piston at both ends of the stroke: a volume has ten times the effect at its own end, the lag of the valve is the same at both ends.",
     ),
     (
         &["dead-volume", "position-time-skew"],
-        "Slow and fast strokes over the same way: a volume does not depend on the speed, a skew does.",
+        "Slow and fast strokes over the same travel: the effect of a volume does not depend on the speed, that of a time skew does.",
     ),
     (
         &["dead-volume", "gas-temperature-dynamics"],
-        "Strokes from 0.05 to 1 Hz with the valve at its null: a volume does not depend on the speed, heat exchange makes slow strokes up to 1.4 times as soft as fast ones.",
+        "Strokes from 0.05 to 1 Hz with the valve at its null: the effect of a volume does not depend on the speed, heat exchange makes slow strokes up to 1.4 times as compliant as fast ones.",
     ),
     (
         &["chamber-leakage", "piston-leakage"],
-        "Hold the piston, shut the ports, and dwell a minute at equal pressures and a minute at unequal ones: the piston's seal passes gas only where they differ, and then their sum stays.",
+        "Hold the piston, shut the ports, and dwell a minute at equal pressures and a minute at unequal ones: the piston seal leaks only at unequal pressures, and the sum of the pressures stays constant.",
     ),
     (
         &[
@@ -86,7 +86,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "variable-heat-transfer",
             "gas-temperature-dynamics",
         ],
-        "Fill bursts of several strengths at fixed piston, each with ten seconds' dwell, from a cold start and again after ten minutes of full strokes: the transfer sets how fast the pressure settles, the wall where.",
+        "Fill bursts of several strengths at fixed piston, each followed by a dwell of 10 s, from a cold start and again after ten minutes of full strokes: the heat transfer determines how fast the pressure settles, the wall temperature its final value.",
     ),
     (
         &[
@@ -95,7 +95,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "variable-heat-transfer",
             "wall-temperature",
         ],
-        "Fill, shut the valve and dwell for a minute, cold and warm: a leak goes on towards ambient pressure, heat exchange settles above it, and where it settles follows the wall.",
+        "Fill, shut the valve and dwell for a minute, cold and warm: a leak continues to ambient pressure, heat exchange settles above it, at a pressure that follows the wall temperature.",
     ),
     (
         &[
@@ -104,7 +104,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "chamber-leakage",
             "piston-leakage",
         ],
-        "Long fill bursts and long exhaust bursts apart, each with ten seconds' dwell, the supply's pressure recorded: a droop acts while filling and outlasts it, a silencer while exhausting, a leak goes on in the dwell.",
+        "Separate long fill bursts and long exhaust bursts, each followed by a dwell of 10 s, with the supply pressure recorded: a supply droop acts during filling and outlasts it, a silencer acts during exhausting, a leak continues during the dwell.",
     ),
     (
         &["exhaust-back-pressure", "tube-line"],
@@ -112,7 +112,7 @@ const GROUPS: &[(&[&str], &str)] = &[
     ),
     (
         &["supply-droop", "tube-line"],
-        "Long fill bursts with the supply's pressure recorded at the valve: a droop outlasts the flow by seconds, a tube's drop ends with it.",
+        "Long fill bursts with the supply pressure recorded at the valve: a supply droop outlasts the flow by seconds, the pressure drop of a tube ends with it.",
     ),
     (
         &[
@@ -120,7 +120,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "direction-dependent-friction",
             "pressure-sensor-offset",
         ],
-        "Vent both chambers and record the sensors, then slow strokes both ways, as mounted and turned end for end: an offset shows vented, a force from outside changes its sign, a friction that depends on the direction stays with the drive.",
+        "Vent both chambers and record the sensors, then slow strokes in both directions, as mounted and turned end for end: a sensor offset appears in the vented recording, an external force changes its sign, directional friction keeps it.",
     ),
     (
         &[
@@ -128,7 +128,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "constant-force",
             "direction-dependent-friction",
         ],
-        "Strokes over the whole way at a few constant speeds in both directions: friction turns with the direction and a force does not; only what depends on the position repeats at its place.",
+        "Strokes over the full travel at several constant speeds in both directions: friction changes its sign with the direction, a force does not; only position-dependent friction repeats at the same position.",
     ),
     (
         &[
@@ -137,7 +137,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "dead-volume",
             "constant-force",
         ],
-        "Strokes to the end at two speeds and away from it again: friction turns with the direction, a buffer pushes both ways, a needle resists with the speed and only towards the end, a volume does not care for either.",
+        "Strokes to the end at two speeds and away from it again: friction changes its sign with the direction, a buffer pushes in both directions, a needle valve resists in proportion to the speed and only towards the end, a volume depends on neither.",
     ),
     (
         &[
@@ -146,7 +146,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "coulomb-friction",
             "valve-hysteresis",
         ],
-        "A ladder of rests from 0.1 to 300 s, each ended by the same slow ramp of force: only stiction that grows with the rest breaks away later.",
+        "A ladder of rests from 0.1 to 300 s, each ended by the same slow ramp of force: only dwell stiction raises the break-away force with the time at rest.",
     ),
     (
         &[
@@ -155,7 +155,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "coulomb-friction",
             "pressure-sensor-lag",
         ],
-        "Sharp reversals at several accelerations, without and with 5 kg more: a spring rings while sliding too, and slower with the payload; a play is the same way at every acceleration; a bristle acts only while sticking.",
+        "Sharp reversals at several accelerations, without and with 5 kg more: a spring also rings during sliding, and at a lower frequency with the payload; a play has the same width at every acceleration; presliding acts only at rest.",
     ),
     (
         &[
@@ -164,7 +164,7 @@ const GROUPS: &[(&[&str], &str)] = &[
             "dwell-stiction",
             "valve-hysteresis",
         ],
-        "Reversals at several accelerations with a little dither: a play is the same way at every acceleration, stiction a force.",
+        "Reversals at several accelerations with a small dither: a play is a constant distance at every acceleration, stiction a constant force.",
     ),
     (
         &[
@@ -217,7 +217,7 @@ const SHOWN_BY: &[(&str, &str)] = &[
     ),
     (
         "supply-droop",
-        "a few full strokes without a pause, then rest, the supply's pressure recorded",
+        "several full strokes without a pause, then rest, with the supply pressure recorded",
     ),
     (
         "exhaust-back-pressure",
@@ -225,11 +225,11 @@ const SHOWN_BY: &[(&str, &str)] = &[
     ),
     (
         "gas-temperature-dynamics",
-        "a fill burst at fixed piston and ten seconds' dwell with the valve at its null",
+        "a fill burst at fixed piston and a dwell of 10 s with the valve at its null",
     ),
     (
         "variable-heat-transfer",
-        "fill bursts of several strengths at fixed piston, each with ten seconds' dwell",
+        "fill bursts of several strengths at fixed piston, each followed by a dwell of 10 s",
     ),
     (
         "wall-temperature",
@@ -245,7 +245,7 @@ const SHOWN_BY: &[(&str, &str)] = &[
     ),
     (
         "position-dependent-friction",
-        "slow strokes over the whole way at two constant speeds in both directions",
+        "slow strokes over the full travel at two constant speeds in both directions",
     ),
     (
         "direction-dependent-friction",
@@ -273,7 +273,7 @@ const SHOWN_BY: &[(&str, &str)] = &[
     ),
     (
         "load-backlash",
-        "reversals at several accelerations with a little dither",
+        "reversals at several accelerations with a small dither",
     ),
     (
         "constant-force",
@@ -281,15 +281,15 @@ const SHOWN_BY: &[(&str, &str)] = &[
     ),
     (
         "unknown-force",
-        "strokes both ways over the whole stroke at several constant speeds",
+        "strokes in both directions over the full travel at several constant speeds",
     ),
     (
         "unknown-opening",
-        "strokes both ways at several constant commands from the dead zone to fully open",
+        "strokes in both directions at several constant commands from the dead zone to fully open",
     ),
     (
         "unknown-reading",
-        "both chambers still and open to each other, from the surroundings' pressure to the supply's, beside a gauge that is known to be right",
+        "both chambers at rest and connected, from ambient to supply pressure, with a reference gauge",
     ),
     ("end-cushion", "strokes to both ends at two speeds"),
     (
@@ -310,7 +310,7 @@ const SHOWN_BY: &[(&str, &str)] = &[
     ),
 ];
 
-/// What to record to tell two effects apart.
+/// What to record to separate two effects.
 pub fn separating(one: &str, other: &str) -> String {
     let together = GROUPS
         .iter()
@@ -321,13 +321,13 @@ pub fn separating(one: &str, other: &str) -> String {
     match (shown_by(one), shown_by(other)) {
         (Some(first), Some(second)) if first == second => format!("Record {first}."),
         (Some(first), Some(second)) => {
-            format!("Record two things apart: for {one} {first}; for {other} {second}.")
+            format!("Make two recordings: for {one} {first}; for {other} {second}.")
         }
         _ => format!("A recording in which {one} and {other} act at different times or speeds."),
     }
 }
 
-/// What to record to rule effects out that these recordings would not have shown.
+/// What to record to exclude effects that these recordings cannot show.
 pub fn ruling_out(effects: &[&str]) -> String {
     let one = |effect: &&str| {
         Some(format!(
@@ -338,15 +338,15 @@ pub fn ruling_out(effects: &[&str]) -> String {
     };
     let few: Vec<String> = effects.iter().filter_map(one).collect();
     if few.is_empty() || few.len() > MOST_TOGETHER {
-        return "To rule out what these recordings would not have shown, record strokes at several speeds, with sharp reversals and with rests.".into();
+        return "To exclude the effects that these recordings cannot show, record strokes at several speeds, with sharp reversals and with rests.".into();
     }
     format!(
-        "To rule out what these recordings would not have shown, record {}.",
+        "To exclude the effects that these recordings cannot show, record {}.",
         few.join("; ")
     )
 }
 
-/// What to record, and to hold out, that bears effects out or refutes them.
+/// What to record, and to hold out, that confirms effects or refutes them.
 pub fn bearing_out(effects: &[&str]) -> Option<String> {
     let shown: Vec<&str> = effects
         .iter()
@@ -354,7 +354,7 @@ pub fn bearing_out(effects: &[&str]) -> Option<String> {
         .collect();
     (!shown.is_empty()).then(|| {
         format!(
-            "To bear out what is named, record {}, and give that with --held-out.",
+            "To confirm the finding, record {}, and give this recording with --held-out.",
             shown.join("; ")
         )
     })
