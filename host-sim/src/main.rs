@@ -5,10 +5,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use host_sim::cli::{
-    self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments, compare::CompareArguments,
-    controller::ControllerArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
-    fit::FitArguments, init::InitArguments, inspect::InspectArguments, record::RecordArguments,
-    settings::SettingsArguments, simulate::SimulateArguments, trial::TrialArguments,
+    self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
+    compare::CompareArguments, controller::ControllerArguments, demo::DemoArguments,
+    diagnose::DiagnoseArguments, fit::FitArguments, init::InitArguments, inspect::InspectArguments,
+    record::RecordArguments, settings::SettingsArguments, simulate::SimulateArguments,
+    trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their

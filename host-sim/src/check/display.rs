@@ -24,7 +24,14 @@ impl fmt::Display for Check {
             writeln!(out, "  assumed, as the rig file does not state it:")?;
         }
         for one in &self.assumed {
-            writeln!(out, "    {} = {} {}: {}", one.key, plain(one.value, 4), one.unit, one.why)?;
+            writeln!(
+                out,
+                "    {} = {} {}: {}",
+                one.key,
+                plain(one.value, 4),
+                one.unit,
+                one.why
+            )?;
         }
         if !self.exact.is_empty() {
             writeln!(
@@ -43,7 +50,12 @@ impl fmt::Display for Check {
 
 fn write_law(out: &mut fmt::Formatter<'_>, law: &LawCheck) -> fmt::Result {
     if law.lacks.is_empty() {
-        return writeln!(out, "  law {}: runs, predicts {}", law.law, law.predicts.join(", "));
+        return writeln!(
+            out,
+            "  law {}: runs, predicts {}",
+            law.law,
+            law.predicts.join(", ")
+        );
     }
     writeln!(out, "  law {}: NOT RUN, lacks", law.law)?;
     for lack in &law.lacks {
@@ -67,7 +79,12 @@ fn write_recording(out: &mut fmt::Formatter<'_>, recording: &RecordingCheck) -> 
     if let Some(error) = &recording.error {
         return writeln!(out, "  ERROR: {error}");
     }
-    writeln!(out, "  {} rows at {} Hz", recording.rows, plain(recording.rate_hz, 4))?;
+    writeln!(
+        out,
+        "  {} rows at {} Hz",
+        recording.rows,
+        plain(recording.rate_hz, 4)
+    )?;
     for fault in &recording.faults {
         writeln!(out, "  FAULT: {fault}")?;
     }

@@ -7,7 +7,7 @@ mod needs;
 
 use serde::Serialize;
 
-pub use needs::{Assumed, LawCheck, Lack};
+pub use needs::{Assumed, Lack, LawCheck};
 
 use crate::inspect::{Inspection, SignalReport, inspect};
 use crate::recording::Recording;
@@ -119,7 +119,11 @@ impl RecordingCheck {
             error: None,
             rows: inspection.rows,
             rate_hz: inspection.timing.rate_hz,
-            faults: inspection.faults.iter().map(|fault| fault.sentence.clone()).collect(),
+            faults: inspection
+                .faults
+                .iter()
+                .map(|fault| fault.sentence.clone())
+                .collect(),
             remarks: inspection.notes.clone(),
             unused_columns: inspection.unused_columns.clone(),
             noise: noise.map(NoiseCheck::of).collect(),

@@ -24,7 +24,9 @@ impl Lack {
         let facts = describe(key);
         Self {
             key: key.into(),
-            what: facts.map_or_else(String::new, |facts| format!("{} [{}]", facts.what, facts.unit)),
+            what: facts.map_or_else(String::new, |facts| {
+                format!("{} [{}]", facts.what, facts.unit)
+            }),
             typical: facts.map(|facts| facts.typical.to_owned()),
         }
     }
@@ -70,10 +72,18 @@ pub struct Assumed {
 pub(super) fn laws(rig: &Rig) -> Vec<LawCheck> {
     let mut laws = Vec::new();
     let mut add = |law: Law, lacks: Vec<Lack>| {
-        let predicts = law.outputs(rig).iter().map(|output| output.signal).collect();
+        let predicts = law
+            .outputs(rig)
+            .iter()
+            .map(|output| output.signal)
+            .collect();
         laws.push(LawCheck {
             law: law.title(),
-            predicts: if lacks.is_empty() { predicts } else { Vec::new() },
+            predicts: if lacks.is_empty() {
+                predicts
+            } else {
+                Vec::new()
+            },
             lacks,
         });
     };
@@ -112,11 +122,17 @@ fn recorded_sides(rig: &Rig) -> impl Iterator<Item = Side> {
 fn chambers(rig: &Rig) -> Vec<Lack> {
     let mut lacks = Vec::new();
     if recorded_sides(rig).next().is_none() {
-        lacks.push(Lack::other("signals.p_a or signals.p_b", "a recorded chamber pressure"));
+        lacks.push(Lack::other(
+            "signals.p_a or signals.p_b",
+            "a recorded chamber pressure",
+        ));
     }
     if rig.vessel.is_none() {
         if rig.cylinder.is_none() {
-            lacks.push(Lack::other("[cylinder] or [vessel]", "the volumes of the chambers"));
+            lacks.push(Lack::other(
+                "[cylinder] or [vessel]",
+                "the volumes of the chambers",
+            ));
         }
         lacks.extend(absent_signals(rig, &["x"]));
         let of_side = |side: Side| {
@@ -127,7 +143,9 @@ fn chambers(rig: &Rig) -> Vec<Lack> {
             ]
         };
         let keys = recorded_sides(rig).flat_map(of_side);
-        let keys: Vec<String> = std::iter::once("cylinder.stroke_m".to_owned()).chain(keys).collect();
+        let keys: Vec<String> = std::iter::once("cylinder.stroke_m".to_owned())
+            .chain(keys)
+            .collect();
         if rig.cylinder.is_some() {
             lacks.extend(absent_keys(rig, &keys));
         }
@@ -143,7 +161,11 @@ fn chambers(rig: &Rig) -> Vec<Lack> {
 
 fn carriage(rig: &Rig) -> Vec<Lack> {
     let mut lacks = absent_signals(rig, &["x", "p_a", "p_b"]);
-    let keys = ["carriage.mass_kg", "cylinder.area_a_m2", "cylinder.area_b_m2"];
+    let keys = [
+        "carriage.mass_kg",
+        "cylinder.area_a_m2",
+        "cylinder.area_b_m2",
+    ];
     lacks.extend(absent_keys(rig, &keys.map(String::from)));
     lacks
 }
@@ -173,25 +195,53 @@ pub(super) fn assumed(rig: &Rig) -> Vec<Assumed> {
         });
     };
     if rig.gas.is_none() && rig.chambers.is_some() {
-        add("gas.gamma", values.gas().heat_capacity_ratio, "no [gas]: dry air");
-        add("gas.gas_constant_J_kgK", values.gas().gas_constant_j_per_kg_k, "no [gas]: dry air");
+        add(
+            "gas.gamma",
+            values.gas().heat_capacity_ratio,
+            "no [gas]: dry air",
+        );
+        add(
+            "gas.gas_constant_J_kgK",
+            values.gas().gas_constant_j_per_kg_k,
+            "no [gas]: dry air",
+        );
     }
     if rig.environment.is_none() {
         let ambient = values.ambient();
-        add("environment.pressure_Pa", ambient.pressure_pa, "no [environment]: standard atmosphere");
+        add(
+            "environment.pressure_Pa",
+            ambient.pressure_pa,
+            "no [environment]: standard atmosphere",
+        );
         if rig.chambers.is_some() {
-            add("environment.temperature_K", ambient.temperature_k, "no [environment]: a room at 20 degC");
+            add(
+                "environment.temperature_K",
+                ambient.temperature_k,
+                "no [environment]: a room at 20 degC",
+            );
         }
     }
-    let polytropic = rig.chambers.as_ref().is_some_and(|one| one.model == ChamberModel::Polytropic);
+    let polytropic = rig
+        .chambers
+        .as_ref()
+        .is_some_and(|one| one.model == ChamberModel::Polytropic);
     if polytropic && rig.supply.is_none() {
-        let why = "no [supply]: the reference pressure of the polytropic model is that of the paper";
-        add("supply.pressure_Pa", model_core::paper::SUPPLY_PRESSURE_PA, why);
+        let why =
+            "no [supply]: the reference pressure of the polytropic model is that of the paper";
+        add(
+            "supply.pressure_Pa",
+            model_core::paper::SUPPLY_PRESSURE_PA,
+            why,
+        );
     }
     bore(rig, &values, &mut add);
     friction(rig, &values, &mut add);
     if let Some(valve) = &rig.valve {
-        for (key, value, why) in valve.stated_flow.iter().flat_map(|flow| flow.assumptions(valve.null_v)) {
+        for (key, value, why) in valve
+            .stated_flow
+            .iter()
+            .flat_map(|flow| flow.assumptions(valve.null_v))
+        {
             add(key, value, why);
         }
     }
@@ -200,36 +250,81 @@ pub(super) fn assumed(rig: &Rig) -> Vec<Assumed> {
 }
 
 fn bore(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64, &str)) {
-    let exchanges_heat = rig.chambers.as_ref().is_some_and(|one| one.model != ChamberModel::PolytropicProcess);
+    let exchanges_heat = rig
+        .chambers
+        .as_ref()
+        .is_some_and(|one| one.model != ChamberModel::PolytropicProcess);
     if !exchanges_heat || rig.value("cylinder.bore_m").is_some() {
         return;
     }
-    let geometry = Side::BOTH.into_iter().find_map(|side| values.geometry(side));
+    let geometry = Side::BOTH
+        .into_iter()
+        .find_map(|side| values.geometry(side));
     if let Some(geometry) = geometry.filter(|_| rig.cylinder.is_some()) {
-        add("cylinder.bore_m", geometry.bore_m, "not stated: from the piston area");
+        add(
+            "cylinder.bore_m",
+            geometry.bore_m,
+            "not stated: from the piston area",
+        );
     }
 }
 
 fn friction(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64, &str)) {
     let Some(friction) = &rig.friction else {
         if rig.carriage.is_some() {
-            add("friction.coulomb_N", 0.0, "no [friction]: the carriage slides freely");
+            add(
+                "friction.coulomb_N",
+                0.0,
+                "no [friction]: the carriage slides freely",
+            );
         }
         return;
     };
     let (levels, bristle) = (values.friction_levels(), values.bristle());
     let stated = [
-        (friction.viscous_ns_m, "friction.viscous_Ns_m", levels.viscous_n_s_per_m, "not stated: none"),
-        (friction.coulomb_n, "friction.coulomb_N", levels.coulomb_n, "not stated: none"),
-        (friction.static_n, "friction.static_N", levels.static_n, "not stated: as coulomb_N"),
+        (
+            friction.viscous_ns_m,
+            "friction.viscous_Ns_m",
+            levels.viscous_n_s_per_m,
+            "not stated: none",
+        ),
+        (
+            friction.coulomb_n,
+            "friction.coulomb_N",
+            levels.coulomb_n,
+            "not stated: none",
+        ),
+        (
+            friction.static_n,
+            "friction.static_N",
+            levels.static_n,
+            "not stated: as coulomb_N",
+        ),
     ];
     let of_bristle = [
-        (friction.bristle_stiffness_n_m, "friction.bristle_stiffness_N_m", bristle.stiffness_n_per_m, "not stated: that of Meng et al. (2011)"),
-        (friction.bristle_damping_ns_m, "friction.bristle_damping_Ns_m", bristle.damping_n_s_per_m, "not stated: none"),
-        (friction.stribeck_velocity_m_s, "friction.stribeck_velocity_m_s", bristle.stribeck_velocity_m_per_s, "not stated: that of Meng et al. (2011)"),
+        (
+            friction.bristle_stiffness_n_m,
+            "friction.bristle_stiffness_N_m",
+            bristle.stiffness_n_per_m,
+            "not stated: that of Meng et al. (2011)",
+        ),
+        (
+            friction.bristle_damping_ns_m,
+            "friction.bristle_damping_Ns_m",
+            bristle.damping_n_s_per_m,
+            "not stated: none",
+        ),
+        (
+            friction.stribeck_velocity_m_s,
+            "friction.stribeck_velocity_m_s",
+            bristle.stribeck_velocity_m_per_s,
+            "not stated: that of Meng et al. (2011)",
+        ),
     ];
     let is_dry = levels.coulomb_n > 0.0 || levels.static_n > 0.0;
-    let shown = stated.into_iter().chain(of_bristle.into_iter().filter(|_| is_dry));
+    let shown = stated
+        .into_iter()
+        .chain(of_bristle.into_iter().filter(|_| is_dry));
     for (given, key, value, why) in shown {
         if given.is_none() {
             add(key, value, why);
@@ -241,8 +336,14 @@ fn friction(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64,
 fn of_effects(rig: &Rig, add: &mut impl FnMut(&str, f64, &str)) {
     for (name, parameters) in &rig.effects {
         let catalogued = effects::effect(name).map_or(&[][..], |effect| effect.parameters);
-        for one in catalogued.iter().filter(|one| !parameters.contains_key(one.key)) {
-            if let Some(value) = one.neutral.filter(|value| value.is_finite() && *value != 0.0) {
+        for one in catalogued
+            .iter()
+            .filter(|one| !parameters.contains_key(one.key))
+        {
+            if let Some(value) = one
+                .neutral
+                .filter(|value| value.is_finite() && *value != 0.0)
+            {
                 let key = format!("effects.{name}.{}", one.key);
                 add(&key, value, "not stated: the usual value of this effect");
             }

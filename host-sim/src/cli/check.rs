@@ -33,7 +33,9 @@ pub struct CheckArguments {
 /// # Errors
 /// If rig or recordings are not usable, or an output cannot be written.
 pub fn run(arguments: &CheckArguments, out: &mut dyn Write) -> Result<(), CommandError> {
-    let inputs: Vec<&PathBuf> = std::iter::once(&arguments.rig).chain(&arguments.recordings).collect();
+    let inputs: Vec<&PathBuf> = std::iter::once(&arguments.rig)
+        .chain(&arguments.recordings)
+        .collect();
     let outputs: Vec<&PathBuf> = arguments.json.iter().collect();
     check_outputs(&inputs, &outputs)?;
     let (rig, faults) = Rig::read_faults(&arguments.rig).map_err(bad_input)?;

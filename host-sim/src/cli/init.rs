@@ -35,7 +35,12 @@ pub struct InitArguments {
     #[arg(long, value_name = "KG")]
     pub mass_kg: Option<f64>,
     /// Angle by which +x points above the horizontal, degrees.
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true
+    )]
     pub inclination_deg: f64,
     /// Type of the valve, such as MPYE-5-1/8-HF-010B.
     #[arg(long, value_name = "TYPE", group = "flow")]
@@ -50,7 +55,12 @@ pub struct InitArguments {
     #[arg(long)]
     pub b: Option<f64>,
     /// Command at which the valve is closed, V.
-    #[arg(long, value_name = "V", default_value_t = 5.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "V",
+        default_value_t = 5.0,
+        allow_negative_numbers = true
+    )]
     pub null_v: f64,
     /// Opening from there at which it is fully open, V: half of the command range.
     #[arg(long, value_name = "V", default_value_t = 5.0)]
@@ -65,7 +75,12 @@ pub struct InitArguments {
     #[arg(long, value_name = "HPA", default_value_t = STANDARD_PRESSURE_PA / 100.0)]
     pub ambient_hpa: f64,
     /// Ambient temperature, degC.
-    #[arg(long, value_name = "DEGC", default_value_t = 20.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DEGC",
+        default_value_t = 20.0,
+        allow_negative_numbers = true
+    )]
     pub temperature_c: f64,
     /// Length of each tube between valve and cylinder, m; its volume is counted.
     #[arg(long, value_name = "M", default_value_t = 0.0)]
@@ -109,7 +124,11 @@ pub fn run(arguments: &InitArguments, out: &mut dyn Write) -> Result<(), Command
         )));
     }
     let asks = io::stdin().is_terminal();
-    let completed = if asks { ask_missing(arguments.clone(), out)? } else { arguments.clone() };
+    let completed = if asks {
+        ask_missing(arguments.clone(), out)?
+    } else {
+        arguments.clone()
+    };
     let mut sheet = data_sheet(&completed)?;
     let signals = match &completed.csv {
         Some(_) => signals(&completed, &mut sheet, asks, out)?,
@@ -125,18 +144,33 @@ pub fn run(arguments: &InitArguments, out: &mut dyn Write) -> Result<(), Command
     summarise(&name, &rig, completed.csv.is_some(), out)
 }
 
-fn summarise(name: &str, rig: &Rig, has_columns: bool, out: &mut dyn Write) -> Result<(), CommandError> {
-    writeln!(out, "{name} written; typical values are marked as typical, measure them where you can")?;
+fn summarise(
+    name: &str,
+    rig: &Rig,
+    has_columns: bool,
+    out: &mut dyn Write,
+) -> Result<(), CommandError> {
+    writeln!(
+        out,
+        "{name} written; typical values are marked as typical, measure them where you can"
+    )?;
     if !has_columns {
         writeln!(out, "next: name the columns of a recording under [signals]")?;
         return Ok(());
     }
     for law in Check::of_rig(name, rig, &[]).laws {
         for lack in &law.lacks {
-            writeln!(out, "note: the law of the {} is not run, it lacks {lack}", law.law)?;
+            writeln!(
+                out,
+                "note: the law of the {} is not run, it lacks {lack}",
+                law.law
+            )?;
         }
     }
-    writeln!(out, "next: pneuma check --rig {name} RECORDING, then pneuma diagnose --rig {name} --train RECORDING... --held-out RECORDING...")?;
+    writeln!(
+        out,
+        "next: pneuma check --rig {name} RECORDING, then pneuma diagnose --rig {name} --train RECORDING... --held-out RECORDING..."
+    )?;
     Ok(())
 }
 
@@ -149,7 +183,10 @@ fn data_sheet(arguments: &InitArguments) -> Result<DataSheet, CommandError> {
     }
     let b = (arguments.b.unwrap_or(TYPICAL_B), arguments.b.is_none());
     if !(0.0..1.0).contains(&b.0) || b.0 <= 0.0 {
-        return Err(bad_input(format!("--b: is {}, expected a ratio above 0 and below 1", b.0)));
+        return Err(bad_input(format!(
+            "--b: is {}, expected a ratio above 0 and below 1",
+            b.0
+        )));
     }
     let (valve, nominal_flow_l_min) = flow(arguments, b.0)?;
     let ambient_pa = 100.0 * arguments.ambient_hpa;
@@ -183,11 +220,20 @@ fn missing(arguments: &InitArguments) -> Vec<&'static str> {
     let supply = arguments.supply_bar_gauge.or(arguments.supply_bar_absolute);
     [
         (arguments.bore_mm.is_some(), "--bore-mm"),
-        (arguments.rod_mm.is_some(), "--rod-mm (0 for a rodless cylinder)"),
+        (
+            arguments.rod_mm.is_some(),
+            "--rod-mm (0 for a rodless cylinder)",
+        ),
         (arguments.stroke_mm.is_some(), "--stroke-mm"),
         (arguments.mass_kg.is_some(), "--mass-kg"),
-        (valve, "--valve TYPE or --nominal-flow-l-min or --conductance-l-s-bar"),
-        (supply.is_some(), "--supply-bar-gauge or --supply-bar-absolute"),
+        (
+            valve,
+            "--valve TYPE or --nominal-flow-l-min or --conductance-l-s-bar",
+        ),
+        (
+            supply.is_some(),
+            "--supply-bar-gauge or --supply-bar-absolute",
+        ),
     ]
     .into_iter()
     .filter_map(|(given, flag)| (!given).then_some(flag))
@@ -209,7 +255,10 @@ fn flow(arguments: &InitArguments, b: f64) -> Result<(String, f64), CommandError
         let told = format!("valve with C = {conductance} l/(s bar)");
         return Ok((told, nominal_flow_of(conductance, b)));
     }
-    Ok(("valve by its nominal flow".into(), arguments.nominal_flow_l_min.unwrap_or_default()))
+    Ok((
+        "valve by its nominal flow".into(),
+        arguments.nominal_flow_l_min.unwrap_or_default(),
+    ))
 }
 
 fn supply(arguments: &InitArguments, ambient_pa: f64) -> (f64, String) {
@@ -234,21 +283,30 @@ fn signals(
         return Ok(Vec::new());
     };
     let mut columns = Columns::of(path, sheet).map_err(bad_input)?;
-    let named = arguments.column.iter().map(|text| named_column(text, columns.names()));
+    let named = arguments
+        .column
+        .iter()
+        .map(|text| named_column(text, columns.names()));
     let named = named.collect::<Result<Vec<_>, _>>()?;
     for (signal, guess) in named {
         columns.guesses.retain(|other| other.signal != signal);
         columns.guesses.extend(guess);
     }
     for guess in &columns.guesses {
-        writeln!(out, "{} is column \"{}\" in {}: {}", guess.signal, guess.column, guess.unit, guess.why)?;
+        writeln!(
+            out,
+            "{} is column \"{}\" in {}: {}",
+            guess.signal, guess.column, guess.unit, guess.why
+        )?;
     }
     confirm(arguments, &mut columns, asks, out)?;
     columns.complete(sheet);
     let stated = |signal: &str| match signal {
         "x" => (
             arguments.position_noise_um.map(|noise| 1e-6 * noise),
-            arguments.position_resolution_um.map(|resolution| 1e-6 * resolution),
+            arguments
+                .position_resolution_um
+                .map(|resolution| 1e-6 * resolution),
         ),
         _ => (None, None),
     };
@@ -258,15 +316,24 @@ fn signals(
 /// `SIGNAL=HEADER:UNIT`; `SIGNAL=` for a signal that is not recorded.
 fn named_column(text: &str, names: &[String]) -> Result<(String, Option<Guess>), CommandError> {
     let wrong = |problem: &str| {
-        bad_input(format!("--column {text}: {problem}, expected SIGNAL=HEADER:UNIT such as x=\"Position\":mm"))
+        bad_input(format!(
+            "--column {text}: {problem}, expected SIGNAL=HEADER:UNIT such as x=\"Position\":mm"
+        ))
     };
-    let (signal, column) = text.split_once('=').ok_or_else(|| wrong("names no signal"))?;
+    let (signal, column) = text
+        .split_once('=')
+        .ok_or_else(|| wrong("names no signal"))?;
     if column.is_empty() {
         return Ok((signal.into(), None));
     }
-    let (column, unit) = column.rsplit_once(':').ok_or_else(|| wrong("states no unit"))?;
+    let (column, unit) = column
+        .rsplit_once(':')
+        .ok_or_else(|| wrong("states no unit"))?;
     if !names.iter().any(|name| name == column) {
-        return Err(wrong(&format!("no column is called \"{column}\" among {}", names.join(", "))));
+        return Err(wrong(&format!(
+            "no column is called \"{column}\" among {}",
+            names.join(", ")
+        )));
     }
     let guess = Guess {
         signal: signal.into(),
@@ -293,7 +360,11 @@ fn confirm(
         ));
     }
     loop {
-        let answer: String = ask(out, "Right? Enter for yes, or SIGNAL=HEADER:UNIT to change one", Some(String::new()))?;
+        let answer: String = ask(
+            out,
+            "Right? Enter for yes, or SIGNAL=HEADER:UNIT to change one",
+            Some(String::new()),
+        )?;
         if answer.is_empty() || answer == "y" || answer == "yes" {
             return Ok(());
         }
@@ -310,17 +381,30 @@ fn confirm(
 // questions
 
 /// Asks for what the flags do not say.
-fn ask_missing(mut arguments: InitArguments, out: &mut dyn Write) -> Result<InitArguments, CommandError> {
-    let number = |out: &mut dyn Write, known: Option<f64>, question: &str, usual: Option<f64>| match known {
-        Some(value) => Ok(Some(value)),
-        None => ask(out, question, usual).map(Some),
-    };
+fn ask_missing(
+    mut arguments: InitArguments,
+    out: &mut dyn Write,
+) -> Result<InitArguments, CommandError> {
+    let number =
+        |out: &mut dyn Write, known: Option<f64>, question: &str, usual: Option<f64>| match known {
+            Some(value) => Ok(Some(value)),
+            None => ask(out, question, usual).map(Some),
+        };
     arguments.bore_mm = number(out, arguments.bore_mm, "Bore in mm", None)?;
-    arguments.rod_mm = number(out, arguments.rod_mm, "Rod diameter in mm, 0 for rodless", Some(0.0))?;
+    arguments.rod_mm = number(
+        out,
+        arguments.rod_mm,
+        "Rod diameter in mm, 0 for rodless",
+        Some(0.0),
+    )?;
     arguments.stroke_mm = number(out, arguments.stroke_mm, "Stroke in mm", None)?;
     arguments.mass_kg = number(out, arguments.mass_kg, "Moving mass in kg", None)?;
     ask_valve(&mut arguments, out)?;
-    if arguments.supply_bar_gauge.or(arguments.supply_bar_absolute).is_none() {
+    if arguments
+        .supply_bar_gauge
+        .or(arguments.supply_bar_absolute)
+        .is_none()
+    {
         let pressure: f64 = ask(out, "Supply pressure in bar", None)?;
         let reference: String = ask(out, "Is that gauge or absolute", Some("gauge".into()))?;
         if reference.starts_with('a') {
@@ -330,19 +414,29 @@ fn ask_missing(mut arguments: InitArguments, out: &mut dyn Write) -> Result<Init
         }
     }
     if arguments.csv.is_none() {
-        let path: String = ask(out, "A recording (CSV), Enter for none", Some(String::new()))?;
+        let path: String = ask(
+            out,
+            "A recording (CSV), Enter for none",
+            Some(String::new()),
+        )?;
         arguments.csv = (!path.is_empty()).then(|| path.into());
     }
     Ok(arguments)
 }
 
 fn ask_valve(arguments: &mut InitArguments, out: &mut dyn Write) -> Result<(), CommandError> {
-    let known = arguments.nominal_flow_l_min.or(arguments.conductance_l_s_bar);
+    let known = arguments
+        .nominal_flow_l_min
+        .or(arguments.conductance_l_s_bar);
     if arguments.valve.is_some() || known.is_some() {
         return Ok(());
     }
     writeln!(out, "Listed valves: {}", valve_types().join(", "))?;
-    let valve: String = ask(out, "Valve type, or its nominal flow (6 to 5 bar) in l/min", None)?;
+    let valve: String = ask(
+        out,
+        "Valve type, or its nominal flow (6 to 5 bar) in l/min",
+        None,
+    )?;
     match valve.parse() {
         Ok(flow_l_min) => arguments.nominal_flow_l_min = Some(flow_l_min),
         Err(_) => arguments.valve = Some(valve),
@@ -351,8 +445,15 @@ fn ask_valve(arguments: &mut InitArguments, out: &mut dyn Write) -> Result<(), C
 }
 
 /// Asks until the answer can be read; Enter takes the usual value.
-fn ask<T: FromStr + Display>(out: &mut dyn Write, question: &str, usual: Option<T>) -> Result<T, CommandError> {
-    let shown = usual.as_ref().map(ToString::to_string).filter(|usual| !usual.is_empty());
+fn ask<T: FromStr + Display>(
+    out: &mut dyn Write,
+    question: &str,
+    usual: Option<T>,
+) -> Result<T, CommandError> {
+    let shown = usual
+        .as_ref()
+        .map(ToString::to_string)
+        .filter(|usual| !usual.is_empty());
     let shown = shown.map_or_else(String::new, |usual| format!(" [{usual}]"));
     loop {
         write!(out, "{question}{shown}: ")?;

@@ -49,7 +49,9 @@ impl Preview {
         let cannot = |error| format!("{}: cannot be read: {error}", path.display());
         let mut text = Vec::new();
         let file = File::open(path).map_err(cannot)?;
-        file.take(HEAD_BYTES).read_to_end(&mut text).map_err(cannot)?;
+        file.take(HEAD_BYTES)
+            .read_to_end(&mut text)
+            .map_err(cannot)?;
         let text = String::from_utf8_lossy(&text);
         Self::of(text.trim_start_matches('\u{feff}')).ok_or_else(|| {
             format!(
@@ -60,7 +62,9 @@ impl Preview {
     }
 
     fn of(text: &str) -> Option<Self> {
-        [b',', b';', b'\t'].into_iter().find_map(|separator| Self::separated(text, separator))
+        [b',', b';', b'\t']
+            .into_iter()
+            .find_map(|separator| Self::separated(text, separator))
     }
 
     fn separated(text: &str, separator: u8) -> Option<Self> {
@@ -71,16 +75,23 @@ impl Preview {
             .trim(csv::Trim::All)
             .from_reader(text.as_bytes());
         let rows: Vec<csv::StringRecord> = reader.records().map_while(Result::ok).collect();
-        let is_row = |row: &csv::StringRecord| row.len() > 1 && row.iter().all(|cell| cell.parse::<f64>().is_ok());
+        let is_row = |row: &csv::StringRecord| {
+            row.len() > 1 && row.iter().all(|cell| cell.parse::<f64>().is_ok())
+        };
         let first = rows.iter().take(MOST_PREAMBLE).position(is_row)?;
-        let header = rows[..first].iter().rev().find(|row| row.len() == rows[first].len())?;
+        let header = rows[..first]
+            .iter()
+            .rev()
+            .find(|row| row.len() == rows[first].len())?;
         let names: Vec<String> = header
             .iter()
             .map(|name| name.trim_start_matches(['#', '%', ' ']).to_owned())
             .collect();
         let mut values = vec![Vec::new(); names.len()];
         // The last row may be cut off where looking ended.
-        let whole = rows[first..].iter().filter(|row| is_row(row) && row.len() == names.len());
+        let whole = rows[first..]
+            .iter()
+            .filter(|row| is_row(row) && row.len() == names.len());
         for row in whole {
             for (column, cell) in values.iter_mut().zip(row) {
                 column.push(cell.parse().unwrap_or(f64::NAN));
@@ -93,8 +104,10 @@ impl Preview {
     pub(super) fn guesses(&self, scale: Scale) -> Vec<Guess> {
         let mut found: Vec<(&str, usize, Option<String>)> = Vec::new();
         for known in SIGNALS {
-            let free = (0..self.names.len()).filter(|place| found.iter().all(|one| one.1 != *place));
-            let mut fitting = free.filter_map(|place| Some((place, known.unit_of(&self.names[place])?)));
+            let free =
+                (0..self.names.len()).filter(|place| found.iter().all(|one| one.1 != *place));
+            let mut fitting =
+                free.filter_map(|place| Some((place, known.unit_of(&self.names[place])?)));
             if let Some((place, unit)) = fitting.next() {
                 found.push((known.name, place, unit));
             }
@@ -103,7 +116,13 @@ impl Preview {
         let highest = pressures.map(|one| extremes(&self.values[one.1]).1);
         let highest = highest.fold(f64::NEG_INFINITY, f64::max);
         let guess = |(signal, place, written): &(&str, usize, Option<String>)| {
-            let (unit, why) = unit(signal, written.as_deref(), &self.values[*place], highest, scale);
+            let (unit, why) = unit(
+                signal,
+                written.as_deref(),
+                &self.values[*place],
+                highest,
+                scale,
+            );
             Guess {
                 signal: (*signal).to_owned(),
                 column: self.names[*place].clone(),
@@ -123,7 +142,8 @@ impl Preview {
     /// Whether a command above the null moves the axis to +x: the sign of the sum of
     /// `(u - null) dx`.
     pub(super) fn moves_up_above(&self, guesses: &[Guess], null_v: f64) -> Option<bool> {
-        let ((command, unit), (position, _)) = (self.column(guesses, "u")?, self.column(guesses, "x")?);
+        let ((command, unit), (position, _)) =
+            (self.column(guesses, "u")?, self.column(guesses, "x")?);
         let sum: f64 = command
             .windows(2)
             .zip(position.windows(2))
@@ -154,7 +174,15 @@ const fn named(name: &'static str, words: &'static [&'static str]) -> Named {
         name,
         words,
         of_pressures: &[],
-        unless: &["ref", "reference", "setpoint", "soll", "target", "des", "desired"],
+        unless: &[
+            "ref",
+            "reference",
+            "setpoint",
+            "soll",
+            "target",
+            "des",
+            "desired",
+        ],
     }
 }
 
@@ -188,7 +216,10 @@ impl Named {
 fn words_and_unit(header: &str, dimension: Dimension) -> (Vec<String>, Option<String>) {
     let cut = |text: &str| -> Vec<String> {
         let words = text.split(|one: char| !one.is_alphanumeric());
-        words.filter(|word| !word.is_empty()).map(str::to_owned).collect()
+        words
+            .filter(|word| !word.is_empty())
+            .map(str::to_owned)
+            .collect()
     };
     let lower = |words: &[String]| words.iter().map(|word| word.to_lowercase()).collect();
     let bracketed = header.find(['[', '(']).map(|place| header.split_at(place));
@@ -227,28 +258,46 @@ fn spelled(text: &str, dimension: Dimension) -> Option<String> {
         "v" | "Volt" | "volt" | "volts" => "V",
         other => other,
     };
-    let of_dimension = |spelling: &str| Unit::parse(spelling).is_ok_and(|unit| unit.dimension() == dimension);
+    let of_dimension =
+        |spelling: &str| Unit::parse(spelling).is_ok_and(|unit| unit.dimension() == dimension);
     let whole = of_dimension(text) || of_dimension(&format!("{text}(abs)"));
     whole.then(|| text.to_owned())
 }
 
 /// The unit of a column, and how it was found.
-fn unit(signal: &str, written: Option<&str>, values: &[f64], highest_pressure: f64, scale: Scale) -> (String, String) {
+fn unit(
+    signal: &str,
+    written: Option<&str>,
+    values: &[f64],
+    highest_pressure: f64,
+    scale: Scale,
+) -> (String, String) {
     let (least, most) = extremes(values);
     match (signal, written) {
-        (_, Some(unit)) if Unit::parse(unit).is_ok() => (unit.to_owned(), "unit from the header".into()),
-        (pressure, written) if pressure.starts_with("p_") => pressure_unit(written, highest_pressure, scale),
+        (_, Some(unit)) if Unit::parse(unit).is_ok() => {
+            (unit.to_owned(), "unit from the header".into())
+        }
+        (pressure, written) if pressure.starts_with("p_") => {
+            pressure_unit(written, highest_pressure, scale)
+        }
         ("t", _) => time_unit(values),
         ("x", _) => length_unit(most - least, scale.stroke_m),
-        ("v", _) => ("m/s".into(), format!("guessed, values from {least} to {most}")),
-        _ => ("V".into(), format!("guessed, values from {least} to {most}")),
+        ("v", _) => (
+            "m/s".into(),
+            format!("guessed, values from {least} to {most}"),
+        ),
+        _ => (
+            "V".into(),
+            format!("guessed, values from {least} to {most}"),
+        ),
     }
 }
 
 fn extremes(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
-        (least.min(*value), most.max(*value))
-    })
+    values.iter().fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(least, most), value| (least.min(*value), most.max(*value)),
+    )
 }
 
 /// By the step between rows: loggers sample at 10 Hz to 10 kHz.
@@ -271,7 +320,10 @@ fn length_unit(span: f64, stroke_m: f64) -> (String, String) {
     let units = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
     let unit = units.iter().find(|unit| span * unit.1 <= SLACK * stroke_m);
     let unit = unit.map_or("um", |unit| unit.0);
-    (unit.into(), format!("guessed, as the travel of {span} fits into the stroke"))
+    (
+        unit.into(),
+        format!("guessed, as the travel of {span} fits into the stroke"),
+    )
 }
 
 /// The unit in which the highest pressure is nearest to the supply: absolute, or gauge.
@@ -280,10 +332,13 @@ fn pressure_unit(written: Option<&str>, highest: f64, scale: Scale) -> (String, 
         Some(unit) => vec![unit],
         None => vec!["Pa", "kPa", "bar", "MPa", "psi"],
     };
-    let levels = [("abs", scale.supply_pa), ("g", scale.supply_pa - scale.ambient_pa)];
-    let candidates = names
-        .iter()
-        .flat_map(|name| levels.map(|(reference, level_pa)| (format!("{name}({reference})"), level_pa)));
+    let levels = [
+        ("abs", scale.supply_pa),
+        ("g", scale.supply_pa - scale.ambient_pa),
+    ];
+    let candidates = names.iter().flat_map(|name| {
+        levels.map(|(reference, level_pa)| (format!("{name}({reference})"), level_pa))
+    });
     let off = |(spelling, level_pa): &(String, f64)| {
         let factor = Unit::parse(spelling).map_or(f64::NAN, |unit| unit.factor());
         (highest * factor / level_pa).ln().abs()
@@ -291,7 +346,12 @@ fn pressure_unit(written: Option<&str>, highest: f64, scale: Scale) -> (String, 
     let nearest = candidates.min_by(|one, other| off(one).total_cmp(&off(other)));
     let spelling = nearest.map_or_else(|| "Pa(abs)".to_owned(), |(spelling, _)| spelling);
     let supply_pa = scale.supply_pa;
-    (spelling, format!("guessed, as the highest pressure {highest} is near the supply of {supply_pa:.0} Pa absolute"))
+    (
+        spelling,
+        format!(
+            "guessed, as the highest pressure {highest} is near the supply of {supply_pa:.0} Pa absolute"
+        ),
+    )
 }
 
 #[cfg(test)]
@@ -307,7 +367,9 @@ mod tests {
     fn guessed(header: &str, rows: &str) -> Vec<(String, String, String)> {
         let preview = Preview::of(&format!("{header}\n{rows}")).expect("a table");
         let guesses = preview.guesses(SCALE).into_iter();
-        guesses.map(|guess| (guess.signal, guess.column, guess.unit)).collect()
+        guesses
+            .map(|guess| (guess.signal, guess.column, guess.unit))
+            .collect()
     }
 
     fn check(header: &str, rows: &str, expected: &[(&str, &str, &str)]) {
@@ -315,7 +377,9 @@ mod tests {
         found.sort();
         let mut expected: Vec<_> = expected
             .iter()
-            .map(|(signal, column, unit)| (signal.to_string(), column.to_string(), unit.to_string()))
+            .map(|(signal, column, unit)| {
+                (signal.to_string(), column.to_string(), unit.to_string())
+            })
             .collect();
         expected.sort();
         assert_eq!(found, expected, "{header}");

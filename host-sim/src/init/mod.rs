@@ -81,14 +81,19 @@ impl Columns {
             if least_m < -beyond_end_m {
                 sheet.zero_is_mid_stroke = (true, "by the recording: x goes below 0");
             } else if most_m > 0.5 * sheet.stroke_m + beyond_end_m {
-                sheet.zero_is_mid_stroke = (false, "by the recording: x goes beyond half of the stroke");
+                sheet.zero_is_mid_stroke =
+                    (false, "by the recording: x goes beyond half of the stroke");
             }
         }
     }
 }
 
 /// Signals with the noise and resolution that the recording shows; a stated one goes first.
-pub fn measured(path: &Path, guesses: &[Guess], stated: &dyn Fn(&str) -> (Option<f64>, Option<f64>)) -> Result<Vec<SignalLine>, String> {
+pub fn measured(
+    path: &Path,
+    guesses: &[Guess],
+    stated: &dyn Fn(&str) -> (Option<f64>, Option<f64>),
+) -> Result<Vec<SignalLine>, String> {
     let plain = |guess: &Guess| SignalLine {
         guess: guess.clone(),
         noise: None,
@@ -105,7 +110,9 @@ pub fn measured(path: &Path, guesses: &[Guess], stated: &dyn Fn(&str) -> (Option
             continue;
         };
         let (noise, resolution) = stated(signal);
-        line.noise = noise.map(|noise| (noise, "as stated")).or_else(|| measured_noise(report));
+        line.noise = noise
+            .map(|noise| (noise, "as stated"))
+            .or_else(|| measured_noise(report));
         line.resolution = resolution.or(report.quantum);
     }
     Ok(lines)
@@ -118,7 +125,10 @@ fn measured_noise(report: &SignalReport) -> Option<(f64, &'static str)> {
     }
     match report.quantum {
         _ if report.noise_visible => Some((report.noise, "measured in the recording")),
-        Some(quantum) => Some((quantum / 12_f64.sqrt(), "of rounding; hidden in the resolution")),
+        Some(quantum) => Some((
+            quantum / 12_f64.sqrt(),
+            "of rounding; hidden in the resolution",
+        )),
         None => None,
     }
 }

@@ -114,22 +114,45 @@ impl DataSheet {
 
     fn write_surroundings(&self, text: &mut String) {
         let (supply_pa, stated) = &self.supply_pa;
-        section(text, "gas", &[("gamma", "1.4", "air"), ("gas_constant_J_kgK", "287.0", "dry air")]);
+        section(
+            text,
+            "gas",
+            &[
+                ("gamma", "1.4", "air"),
+                ("gas_constant_J_kgK", "287.0", "dry air"),
+            ],
+        );
         section(
             text,
             "environment",
             &[
                 ("pressure_Pa", &short(self.ambient_pa), "ambient pressure"),
-                ("temperature_K", &short(self.temperature_k), "ambient temperature"),
+                (
+                    "temperature_K",
+                    &short(self.temperature_k),
+                    "ambient temperature",
+                ),
             ],
         );
-        section(text, "supply", &[("pressure_Pa", &short(*supply_pa), &format!("absolute; stated as {stated}"))]);
+        section(
+            text,
+            "supply",
+            &[(
+                "pressure_Pa",
+                &short(*supply_pa),
+                &format!("absolute; stated as {stated}"),
+            )],
+        );
     }
 
     fn write_valve(&self, text: &mut String) {
         let (b, typical_b) = self.critical_pressure_ratio;
         let (above, how) = self.feeds_a_above_null;
-        let word = if above { "\"above-null\"" } else { "\"below-null\"" };
+        let word = if above {
+            "\"above-null\""
+        } else {
+            "\"below-null\""
+        };
         let b_from = if typical_b { "typical" } else { "data sheet" };
         let (opening_v, areas_m2) = typical_areas(self.nominal_flow_l_min, b, self.full_opening_v);
         let list = |points: &[f64]| {
@@ -150,10 +173,22 @@ impl DataSheet {
                 ("feeds_a_when", word, how),
                 ("null_V", &short(self.null_v), "middle of the command range"),
                 ("critical_pressure_ratio", &short(b), b_from),
-                ("laminar_pressure_ratio", &short(TYPICAL_LAMINAR_RATIO), "typical"),
+                (
+                    "laminar_pressure_ratio",
+                    &short(TYPICAL_LAMINAR_RATIO),
+                    "typical",
+                ),
                 ("opening_V", &list(&opening_v), shape),
-                ("supply_area_m2", &list(&areas_m2), "typical shape; the first is the leakage"),
-                ("exhaust_area_m2", &list(&areas_m2), "typical: as the supply"),
+                (
+                    "supply_area_m2",
+                    &list(&areas_m2),
+                    "typical shape; the first is the leakage",
+                ),
+                (
+                    "exhaust_area_m2",
+                    &list(&areas_m2),
+                    "typical: as the supply",
+                ),
             ],
         );
     }
@@ -163,11 +198,18 @@ impl DataSheet {
         let dead = short(self.dead_volume_m3());
         let (length_m, diameter_m) = self.tube_m;
         let of_tube = if length_m > 0.0 {
-            format!("typical: port, fittings and {length_m} m of tube {} mm", 1e3 * diameter_m)
+            format!(
+                "typical: port, fittings and {length_m} m of tube {} mm",
+                1e3 * diameter_m
+            )
         } else {
             "typical: port, fittings and a short tube".to_owned()
         };
-        let of_b = if self.rod_m > 0.0 { "less the rod" } else { "rodless: the same" };
+        let of_b = if self.rod_m > 0.0 {
+            "less the rod"
+        } else {
+            "rodless: the same"
+        };
         let (mid, how) = self.zero_is_mid_stroke;
         section(
             text,
@@ -179,7 +221,11 @@ impl DataSheet {
                 ("area_b_m2", &short(area_b), of_b),
                 ("dead_volume_a_m3", &dead, &of_tube),
                 ("dead_volume_b_m3", &dead, &of_tube),
-                ("position_zero", if mid { "\"mid-stroke\"" } else { "\"end-a\"" }, how),
+                (
+                    "position_zero",
+                    if mid { "\"mid-stroke\"" } else { "\"end-a\"" },
+                    how,
+                ),
             ],
         );
         section(
@@ -196,9 +242,17 @@ impl DataSheet {
     fn write_mechanics(&self, text: &mut String) {
         if self.inclination_deg != 0.0 {
             let why = "+x points up by this angle";
-            section(text, "axis", &[("inclination_deg", &short(self.inclination_deg), why)]);
+            section(
+                text,
+                "axis",
+                &[("inclination_deg", &short(self.inclination_deg), why)],
+            );
         }
-        section(text, "carriage", &[("mass_kg", &short(self.mass_kg), "moving mass")]);
+        section(
+            text,
+            "carriage",
+            &[("mass_kg", &short(self.mass_kg), "moving mass")],
+        );
         let [coulomb, fixed, viscous] = FRICTION_PER_BORE.map(|per_bore| per_bore * self.bore_m);
         section(
             text,
@@ -215,13 +269,21 @@ impl DataSheet {
     }
 
     fn write_uncertainty(&self, text: &mut String) {
-        let b = if self.critical_pressure_ratio.1 { "0.25" } else { "0.1" };
+        let b = if self.critical_pressure_ratio.1 {
+            "0.25"
+        } else {
+            "0.1"
+        };
         text.push_str("\n# One standard deviation: relative, in volts where the key ends in _V.");
         section(
             text,
             "uncertainty",
             &[
-                ("\"supply.pressure_Pa\"", "0.02", "reading of the regulator's gauge"),
+                (
+                    "\"supply.pressure_Pa\"",
+                    "0.02",
+                    "reading of the regulator's gauge",
+                ),
                 ("\"valve.null_V\"", "0.1", "unit to unit"),
                 ("\"valve.critical_pressure_ratio\"", b, ""),
                 ("\"valve.opening_V\"", "0.15", "typical shape"),
@@ -229,8 +291,16 @@ impl DataSheet {
                 ("\"valve.exhaust_area_m2\"", "0.3", "typical shape"),
                 ("\"cylinder.dead_volume_a_m3\"", "0.5", "guessed"),
                 ("\"cylinder.dead_volume_b_m3\"", "0.5", "guessed"),
-                ("\"chambers.heat_transfer_charging_W_m2K\"", "0.5", "typical"),
-                ("\"chambers.heat_transfer_discharging_W_m2K\"", "0.5", "typical"),
+                (
+                    "\"chambers.heat_transfer_charging_W_m2K\"",
+                    "0.5",
+                    "typical",
+                ),
+                (
+                    "\"chambers.heat_transfer_discharging_W_m2K\"",
+                    "0.5",
+                    "typical",
+                ),
                 ("\"carriage.mass_kg\"", "0.05", ""),
                 ("\"friction.viscous_Ns_m\"", "0.5", "typical"),
                 ("\"friction.coulomb_N\"", "0.5", "typical"),
@@ -249,24 +319,29 @@ pub(super) fn signals_file(signals: &[SignalLine]) -> String {
 }
 
 fn write_signal_lines(text: &mut String, signals: &[SignalLine]) {
-        text.push_str("[signals]\n");
-        for signal in signals {
-            let guess = &signal.guess;
-            let mut extra = String::new();
-            if let Some((noise, _)) = signal.noise {
-                let _ = write!(extra, ", noise = {}", short(noise));
-            }
-            if let Some(resolution) = signal.resolution {
-                let _ = write!(extra, ", resolution = {}", short(resolution));
-            }
-            let noise = signal.noise.map_or_else(String::new, |(_, source)| format!("; noise {source}"));
-            let _ = writeln!(
-                text,
-                "{} = {{ column = {}, unit = \"{}\"{extra} }} # {}{noise}",
-                guess.signal, quoted(&guess.column), guess.unit, guess.why
-            );
+    text.push_str("[signals]\n");
+    for signal in signals {
+        let guess = &signal.guess;
+        let mut extra = String::new();
+        if let Some((noise, _)) = signal.noise {
+            let _ = write!(extra, ", noise = {}", short(noise));
         }
+        if let Some(resolution) = signal.resolution {
+            let _ = write!(extra, ", resolution = {}", short(resolution));
+        }
+        let noise = signal
+            .noise
+            .map_or_else(String::new, |(_, source)| format!("; noise {source}"));
+        let _ = writeln!(
+            text,
+            "{} = {{ column = {}, unit = \"{}\"{extra} }} # {}{noise}",
+            guess.signal,
+            quoted(&guess.column),
+            guess.unit,
+            guess.why
+        );
     }
+}
 
 fn section(text: &mut String, name: &str, lines: &[(&str, &str, &str)]) {
     text.push('\n');
@@ -276,7 +351,11 @@ fn section(text: &mut String, name: &str, lines: &[(&str, &str, &str)]) {
 fn section_without_gap(text: &mut String, name: &str, lines: &[(&str, &str, &str)]) {
     let _ = writeln!(text, "[{name}]");
     for (key, value, comment) in lines {
-        let comment = if comment.is_empty() { String::new() } else { format!(" # {comment}") };
+        let comment = if comment.is_empty() {
+            String::new()
+        } else {
+            format!(" # {comment}")
+        };
         let _ = writeln!(text, "{key} = {value}{comment}");
     }
 }

@@ -63,17 +63,29 @@ const MEASURED_OPENING_V: f64 = 5.0;
 pub(super) fn by_name(name: &str) -> Option<&'static ValveType> {
     let bare = |text: &str| -> String {
         let text = text.to_uppercase().replace("010-B", "010B");
-        text.trim_start_matches("FESTO").chars().filter(char::is_ascii_alphanumeric).collect()
+        text.trim_start_matches("FESTO")
+            .chars()
+            .filter(char::is_ascii_alphanumeric)
+            .collect()
     };
     let wanted = bare(name);
     let exact = CATALOGUE.iter().find(|one| bare(one.name) == wanted);
     // The end of the code, and HF for the 1/8 of high flow, may be left out.
-    let short = |one: &&ValveType| bare(one.name).trim_end_matches("010B").trim_end_matches("HF") == wanted.trim_end_matches("HF");
+    let short = |one: &&ValveType| {
+        bare(one.name)
+            .trim_end_matches("010B")
+            .trim_end_matches("HF")
+            == wanted.trim_end_matches("HF")
+    };
     exact.or_else(|| CATALOGUE.iter().find(short))
 }
 
 /// Openings in V and areas in m2 of a valve of typical shape.
-pub(super) fn typical_areas(nominal_flow_l_min: f64, b: f64, full_opening_v: f64) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn typical_areas(
+    nominal_flow_l_min: f64,
+    b: f64,
+    full_opening_v: f64,
+) -> (Vec<f64>, Vec<f64>) {
     let law = FlowLaw {
         critical_pressure_ratio: b,
         laminar_pressure_ratio: TYPICAL_LAMINAR_RATIO,
@@ -112,6 +124,9 @@ mod tests {
         let (opening_v, areas) = typical_areas(700.0, 0.29, 10.0);
         assert!(areas.windows(2).all(|pair| pair[1] >= pair[0]));
         assert!((opening_v[opening_v.len() - 1] - 10.0).abs() < 1e-12);
-        assert!((areas[areas.len() - 1] * 1e6 - 16.8).abs() < 0.2, "{areas:?}");
+        assert!(
+            (areas[areas.len() - 1] * 1e6 - 16.8).abs() < 0.2,
+            "{areas:?}"
+        );
     }
 }
