@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 
 use super::columns::Guess;
-use super::valves::{TYPICAL_LAMINAR_RATIO, typical_areas};
+use super::valves::{TYPICAL_DEAD_ZONE_V, TYPICAL_LAMINAR_RATIO};
 use crate::rig::{FORMAT, quoted};
 
 /// Friction of a seal grows with its length: Coulomb, static and viscous friction over the bore,
@@ -154,17 +154,10 @@ impl DataSheet {
             "\"below-null\""
         };
         let b_from = if typical_b { "typical" } else { "data sheet" };
-        let (opening_v, areas_m2) = typical_areas(self.nominal_flow_l_min, b, self.full_opening_v);
-        let list = |points: &[f64]| {
-            let points: Vec<String> = points.iter().map(|point| short(*point)).collect();
-            format!("[{}]", points.join(", "))
-        };
-        let shape = "typical shape: that measured on an MPYE-5-M5, scaled to the nominal flow";
         let _ = writeln!(
             text,
-            "\n# {}: {} l/min from 6 to 5 bar.",
-            self.valve,
-            short(self.nominal_flow_l_min)
+            "\n# {}. The area over the opening is assumed linear from the dead zone to\n# the full opening, supply and exhaust alike: no data sheet states it.",
+            self.valve
         );
         section_without_gap(
             text,
@@ -172,22 +165,22 @@ impl DataSheet {
             &[
                 ("feeds_a_when", word, how),
                 ("null_V", &short(self.null_v), "middle of the command range"),
-                ("critical_pressure_ratio", &short(b), b_from),
+                (
+                    "nominal_flow_l_min",
+                    &short(self.nominal_flow_l_min),
+                    "from 6 to 5 bar",
+                ),
+                ("b", &short(b), b_from),
+                ("dead_zone_V", &short(TYPICAL_DEAD_ZONE_V), "typical"),
+                (
+                    "full_opening_V",
+                    &short(self.full_opening_v),
+                    "half of the command range",
+                ),
                 (
                     "laminar_pressure_ratio",
                     &short(TYPICAL_LAMINAR_RATIO),
                     "typical",
-                ),
-                ("opening_V", &list(&opening_v), shape),
-                (
-                    "supply_area_m2",
-                    &list(&areas_m2),
-                    "typical shape; the first is the leakage",
-                ),
-                (
-                    "exhaust_area_m2",
-                    &list(&areas_m2),
-                    "typical: as the supply",
                 ),
             ],
         );
@@ -285,10 +278,13 @@ impl DataSheet {
                     "reading of the regulator's gauge",
                 ),
                 ("\"valve.null_V\"", "0.1", "unit to unit"),
-                ("\"valve.critical_pressure_ratio\"", b, ""),
-                ("\"valve.opening_V\"", "0.15", "typical shape"),
-                ("\"valve.supply_area_m2\"", "0.3", "typical shape"),
-                ("\"valve.exhaust_area_m2\"", "0.3", "typical shape"),
+                ("\"valve.b\"", b, ""),
+                ("\"valve.opening_V\"", "0.15", "assumed shape"),
+                (
+                    "\"valve.nominal_flow_l_min\"",
+                    "0.3",
+                    "scale of supply and exhaust area each",
+                ),
                 ("\"cylinder.dead_volume_a_m3\"", "0.5", "guessed"),
                 ("\"cylinder.dead_volume_b_m3\"", "0.5", "guessed"),
                 (

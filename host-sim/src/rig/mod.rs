@@ -38,7 +38,6 @@ pub use read::EffectCheck;
 pub(crate) use read::{line_at, numeric, read_text, shown};
 
 pub use signals::signal_dimension;
-pub(crate) use stated_flow::area_of_nominal_flow;
 pub use stated_flow::{StatedFlow, nominal_flow_of_conductance};
 pub(crate) use write::quoted;
 

@@ -285,7 +285,7 @@ fn unit_area_flow(law: &FlowLaw<f64>, up_pa: f64, down_pa: f64) -> f64 {
 }
 
 /// The fully open area by which the model passes a nominal flow, m2.
-pub(crate) fn area_of_nominal_flow(law: &FlowLaw<f64>, flow_l_min: f64) -> f64 {
+fn area_of_nominal_flow(law: &FlowLaw<f64>, flow_l_min: f64) -> f64 {
     let [up_pa, down_pa] = nominal_pressures_pa();
     flow_l_min * KG_S_PER_L_MIN / unit_area_flow(law, up_pa, down_pa)
 }
