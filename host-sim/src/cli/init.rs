@@ -11,8 +11,8 @@ use super::CommandError;
 use super::inputs::{bad_input, check_outputs, write_text};
 use crate::check::Check;
 use crate::init::{
-    Columns, DataSheet, Guess, SignalLine, TYPICAL_B, measured, nominal_flow_of, valve_by_type,
-    valve_types,
+    Columns, DataSheet, Guess, PositionSensor, SignalLine, TYPICAL_B, measured, nominal_flow_of,
+    valve_by_type, valve_types,
 };
 use crate::rig::{Rig, STANDARD_PRESSURE_PA};
 
@@ -301,16 +301,12 @@ fn signals(
     }
     confirm(arguments, &mut columns, asks, out)?;
     columns.complete(sheet);
-    let stated = |signal: &str| match signal {
-        "x" => (
-            arguments.position_noise_um.map(|noise| 1e-6 * noise),
-            arguments
-                .position_resolution_um
-                .map(|resolution| 1e-6 * resolution),
-        ),
-        _ => (None, None),
+    let metres = |micrometres: Option<f64>| micrometres.map(|value| 1e-6 * value);
+    let sensor = PositionSensor {
+        noise_m: metres(arguments.position_noise_um),
+        resolution_m: metres(arguments.position_resolution_um),
     };
-    measured(path, &columns.guesses, &stated).map_err(bad_input)
+    measured(path, &columns.guesses, sensor).map_err(bad_input)
 }
 
 /// `SIGNAL=HEADER:UNIT`; `SIGNAL=` for a signal that is not recorded.

@@ -88,11 +88,24 @@ impl Columns {
     }
 }
 
-/// Signals with the noise and resolution that the recording shows; a stated one goes first.
+/// What the data sheet of a position sensor states, m.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PositionSensor {
+    /// Standard deviation of the noise.
+    pub noise_m: Option<f64>,
+    /// Resolution.
+    pub resolution_m: Option<f64>,
+}
+
+/// Signals with the noise and resolution that the recording shows; those that a data sheet states
+/// go first.
+///
+/// # Errors
+/// One line where the recording cannot be read by these columns.
 pub fn measured(
     path: &Path,
     guesses: &[Guess],
-    stated: &dyn Fn(&str) -> (Option<f64>, Option<f64>),
+    sensor: PositionSensor,
 ) -> Result<Vec<SignalLine>, String> {
     let plain = |guess: &Guess| SignalLine {
         guess: guess.clone(),
@@ -109,11 +122,18 @@ pub fn measured(
         let Some(report) = inspection.signal(signal) else {
             continue;
         };
-        let (noise, resolution) = stated(signal);
-        line.noise = noise
+        let PositionSensor {
+            noise_m,
+            resolution_m,
+        } = if signal == "x" {
+            sensor
+        } else {
+            PositionSensor::default()
+        };
+        line.noise = noise_m
             .map(|noise| (noise, "as stated"))
             .or_else(|| measured_noise(report));
-        line.resolution = resolution.or(report.quantum);
+        line.resolution = resolution_m.or(report.quantum);
     }
     Ok(lines)
 }
