@@ -2,6 +2,7 @@
 
 pub mod board;
 pub mod charts;
+pub mod check;
 pub mod cli;
 pub mod closed_loop;
 pub mod compare;
@@ -11,6 +12,7 @@ pub mod fault_campaign;
 pub mod fit;
 mod gauge;
 pub mod identify;
+pub mod init;
 pub mod inspect;
 mod lag;
 pub mod laws;

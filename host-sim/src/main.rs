@@ -5,10 +5,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use host_sim::cli::{
-    self, board::BoardArguments, closed_loop::LoopArguments, compare::CompareArguments,
-    controller::ControllerArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
-    fit::FitArguments, inspect::InspectArguments, record::RecordArguments,
-    settings::SettingsArguments, simulate::SimulateArguments, trial::TrialArguments,
+    self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
+    compare::CompareArguments, controller::ControllerArguments, demo::DemoArguments,
+    diagnose::DiagnoseArguments, fit::FitArguments, init::InitArguments, inspect::InspectArguments,
+    record::RecordArguments, settings::SettingsArguments, simulate::SimulateArguments,
+    trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -23,11 +24,13 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Board(BoardArguments),
+    Check(CheckArguments),
     Compare(CompareArguments),
     Controller(ControllerArguments),
     Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
     Fit(FitArguments),
+    Init(InitArguments),
     Inspect(InspectArguments),
     Loop(LoopArguments),
     Record(RecordArguments),
@@ -41,11 +44,13 @@ fn main() -> ExitCode {
     let mut out = io::stdout().lock();
     let run = || match &cli.command {
         Command::Board(arguments) => cli::board::run(arguments, &mut out),
+        Command::Check(arguments) => cli::check::run(arguments, &mut out),
         Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
         Command::Controller(arguments) => cli::controller::run(arguments, &mut out),
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
+        Command::Init(arguments) => cli::init::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
         Command::Loop(arguments) => cli::closed_loop::run(arguments, &mut out),
         Command::Record(arguments) => cli::record::run(arguments, &mut out),

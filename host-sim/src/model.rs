@@ -6,6 +6,7 @@
 
 use crate::effects;
 use crate::rig::{ChamberModel, FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA};
+use crate::units::STANDARD_GRAVITY_M_S2;
 use model_core::axis::{Axis, CommandPath, Pneumatics};
 use model_core::carriage::Carriage;
 use model_core::chamber::{Chamber, ChamberGeometry, ThermalModel};
@@ -491,13 +492,26 @@ impl<R: Real> Values<'_, R> {
     pub fn carriage(&self) -> Carriage<R> {
         Carriage {
             mass_kg: self.get_or("carriage.mass_kg", 0.0),
-            external_force_n: self.get_or("carriage.external_force_N", 0.0),
+            external_force_n: self.get_or("carriage.external_force_N", 0.0) + self.weight_along(),
             area_a_m2: self.get_or("cylinder.area_a_m2", 0.0),
             area_b_m2: self.get_or("cylinder.area_b_m2", 0.0),
             ambient_pressure_pa: self.ambient().pressure_pa,
             bristle: self.bristle(),
             effects: self.carriage_effects().if_any(),
         }
+    }
+
+    /// The part of the moving mass's weight against +x, N. The sine is taken with its first
+    /// derivative, which is all that a fit asks for.
+    fn weight_along(&self) -> R {
+        let Some(inclination_deg) = self.get("axis.inclination_deg") else {
+            return R::ZERO;
+        };
+        let (sine, cosine) = libm::sincos(inclination_deg.value().to_radians());
+        let off_rad = (inclination_deg - R::from_f64(inclination_deg.value()))
+            * R::from_f64(1_f64.to_radians());
+        let sine = R::from_f64(sine) + off_rad * R::from_f64(cosine);
+        self.get_or("carriage.mass_kg", 0.0) * R::from_f64(STANDARD_GRAVITY_M_S2) * sine
     }
 
     /// The same without derivatives.

@@ -16,9 +16,9 @@ use thiserror::Error;
 use crate::text::{expected_one_of, one_line};
 
 /// Density of air at the ANR reference, ISO 8778.
-const ANR_DENSITY_KG_M3: f64 = 1.185;
+pub(crate) const ANR_DENSITY_KG_M3: f64 = 1.185;
 /// Standard gravity, exact by definition (CGPM 1901).
-const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
+pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 /// International inch, exact by definition.
 const INCH_M: f64 = 0.0254;
 /// Avoirdupois pound, exact by definition.
@@ -232,6 +232,12 @@ impl fmt::Display for Unit {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.text)
     }
+}
+
+/// All spellings of units but the pressures', for a reader.
+pub(crate) fn spellings() -> String {
+    let quoted: Vec<String> = PLAIN.iter().map(|row| format!("`{}`", row.0)).collect();
+    quoted.join(", ")
 }
 
 /// Spellings that mean the same to everybody, brought to the one of the tables.

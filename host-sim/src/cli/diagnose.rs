@@ -30,7 +30,8 @@ pub struct DiagnoseArguments {
     /// Write the report here.
     #[arg(long)]
     pub report: Option<PathBuf>,
-    /// Write the improved rig here.
+    /// Write the improved rig here: the rig file with changed numbers and added effects, its
+    /// comments kept.
     #[arg(long = "improved-rig")]
     pub improved_rig: Option<PathBuf>,
     /// Seed of whatever is drawn at random (nothing is, at present).
@@ -63,12 +64,10 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
         outputs::write_json(path, &diagnosis.verdict)?;
     }
     if let Some(path) = &arguments.improved_rig {
-        let rig = format!(
-            "{}{}",
-            improved_rig_header(&diagnosis),
-            diagnosis.improved_rig.to_toml()
-        );
-        outputs::write_text(path, &rig)?;
+        let edited = Rig::edited_file(&arguments.rig, &diagnosis.improved_rig);
+        let edited = edited.map_err(inputs::bad_input)?;
+        let header = improved_rig_header(&diagnosis);
+        outputs::write_text(path, &format!("{header}{edited}"))?;
     }
     if let Some(path) = &arguments.report {
         outputs::write_page(path, &page(arguments, &rig, &diagnosis))?;

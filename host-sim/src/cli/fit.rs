@@ -37,7 +37,7 @@ pub struct FitArguments {
     /// Write the outcome as JSON.
     #[arg(long)]
     pub json: Option<PathBuf>,
-    /// Write the rig with the fitted numbers.
+    /// Write the rig file with the fitted numbers, its comments kept.
     #[arg(long)]
     pub improved_rig: Option<PathBuf>,
     /// Write a page with plots.
@@ -115,7 +115,8 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
     out.flush()?;
     let is_accepted = faults.is_empty() || arguments.accept;
     if let Some(path) = arguments.improved_rig.as_ref().filter(|_| is_accepted) {
-        let (text, complaint) = improved_text(&improved);
+        let edited = Rig::edited_file(&arguments.rig, &improved).map_err(bad_input)?;
+        let (text, complaint) = improved_text(&edited);
         write_text(path, &text)?;
         if let Some(complaint) = complaint {
             writeln!(out, "note: {complaint}")?;
@@ -183,8 +184,8 @@ fn names(recordings: &[Recording]) -> Vec<&str> {
 }
 
 /// The improved rig file, and what is wrong with it should it not read back.
-fn improved_text(rig: &Rig) -> (String, Option<String>) {
-    let text = format!("# Numbers fitted by `pneuma fit`.\n{}", rig.to_toml());
+fn improved_text(edited: &str) -> (String, Option<String>) {
+    let text = format!("# Numbers fitted by `pneuma fit`.\n{edited}");
     let complaint = Rig::parse(&text, "the improved rig")
         .err()
         .map(|error| format!("{error}; bound the parameters with --free KEY,LOWER..UPPER"));

@@ -2,12 +2,14 @@
 //! input is one line on standard error and status 2.
 
 pub mod board;
+pub mod check;
 pub mod closed_loop;
 pub mod compare;
 pub mod controller;
 pub mod demo;
 pub mod diagnose;
 pub mod fit;
+pub mod init;
 mod inputs;
 pub mod inspect;
 mod outputs;

@@ -1,5 +1,7 @@
-//! The one home of the spellings, limits and places of a rig's numbers, and
-//! the flat view built on it.
+//! The one table of the keys of a rig file: spelling, limits, unit, typical value, meaning, where
+//! one finds the value, and the place in [`Rig`]. The reader, `docs/rig.md`, the schema for
+//! editors and `pneuma check` are driven by it. Signals stand in `signals.rs`, effects in
+//! [`crate::effects`]. On the table the flat view of a rig's numbers is built.
 //!
 //! A key is `section.key` as the file spells it, or `effects.NAME.key`. The
 //! three valve tables appear in the flat view as the scale of the whole table:
@@ -7,25 +9,80 @@
 
 use std::collections::BTreeMap;
 
+use super::stated_flow::STATED_FLOW;
 use super::{ChamberModel, FeedsAWhen, PositionZero, Rig, UnknownKey, Valve};
+use crate::effects;
+
+/// What a person needs to know of a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facts {
+    /// The unit; 1 for a ratio.
+    pub unit: &'static str,
+    /// A typical value, or the range of typical values.
+    pub typical: &'static str,
+    /// What it is, in one sentence.
+    pub what: &'static str,
+    /// Where one finds it.
+    pub source: &'static str,
+}
+
+pub(crate) const fn facts(
+    unit: &'static str,
+    typical: &'static str,
+    what: &'static str,
+    source: &'static str,
+) -> Facts {
+    Facts {
+        unit,
+        typical,
+        what,
+        source,
+    }
+}
+
+/// One section of a rig file.
+pub(super) struct Section {
+    pub name: &'static str,
+    pub what: &'static str,
+}
+
+const fn section(name: &'static str, what: &'static str) -> Section {
+    Section { name, what }
+}
 
 /// The sections whose keys are numbers, choices or tables, in writing order.
-pub(super) const SECTIONS: &[&str] = &[
-    "gas",
-    "environment",
-    "supply",
-    "valve",
-    "cylinder",
-    "vessel",
-    "actuator",
-    "chambers",
-    "carriage",
-    "friction",
-    "horizon",
+#[rustfmt::skip]
+pub(super) const SECTIONS: &[Section] = &[
+    section("gas", "The working gas; dry air where the section is absent."),
+    section("environment", "The surroundings. Walls and supply air have the ambient temperature."),
+    section("supply", "The air supply. A recorded `p_s` drives the valve; where the pressure is declared too, `p_s` is predicted and compared."),
+    section("valve", "A proportional directional valve with two working ports. What opens supply to one port opens exhaust of the other; both ports share the two area tables. In place of the tables and the critical pressure ratio the section may state the flow of the data sheet, see below."),
+    section("cylinder", "The cylinder; `+x` enlarges chamber A. A bench may state a part of it."),
+    section("vessel", "A closed chamber without a piston, for leak tests; its pressure is the signal `p_a`."),
+    section("actuator", "A stem driven by a positioner; `u` and `x` are fractions."),
+    section("chambers", "The gas in the chambers."),
+    section("axis", "How the axis is mounted."),
+    section("carriage", "The moving load with the piston."),
+    section("friction", "LuGre friction of seals and guides. What is absent is absent from the model."),
+    section("horizon", "The window of the normalised fit figures."),
 ];
 
 /// The sections with names of their own inside.
-pub(super) const OPEN_SECTIONS: &[&str] = &["signals", "uncertainty", "controller", "effects"];
+#[rustfmt::skip]
+pub(super) const OPEN_SECTIONS: &[Section] = &[
+    section("signals", "Which column of a recording is which signal."),
+    section("uncertainty", "One standard deviation of a stated value."),
+    section("controller", "Gains of the board's controller that differ from the standard ones."),
+    section("effects", "Physics beyond the standard model, by name."),
+];
+
+/// The names of all sections.
+pub(super) fn section_names() -> impl Iterator<Item = &'static str> {
+    OPEN_SECTIONS
+        .iter()
+        .chain(SECTIONS)
+        .map(|section| section.name)
+}
 
 /// What a number may be, and how a line says so.
 pub(crate) struct Limits {
@@ -66,7 +123,7 @@ pub(crate) const fn positive(high: f64, expected: &'static str) -> Limits {
     }
 }
 
-const RATIO: Limits = Limits {
+pub(super) const RATIO: Limits = Limits {
     low: 0.0,
     high: 1.0,
     low_included: false,
@@ -96,6 +153,7 @@ const STEM: Limits = limits(-1.0, 2.0, "a fraction, 0 shut to 1 open (is this %?
 const TIME_CONSTANT: Limits = limits(0.0, 3600.0, "seconds from 0 to 3600");
 const HEAT_TRANSFER: Limits = limits(0.0, 1e5, "W/(m2 K) from 0 to 100000");
 const INDEX: Limits = limits(0.5, 2.0, "a polytropic index between 0.5 and 2");
+const INCLINATION: Limits = limits(-90.0, 90.0, "degrees from -90 to 90 (is this rad?)");
 const MASS: Limits = positive(1e6, "kg above 0 and at most 1000000");
 const FORCE: Limits = limits(-1e7, 1e7, "newtons between -1e7 and 1e7");
 const FRICTION_FORCE: Limits = limits(0.0, 1e6, "newtons from 0 to 1000000");
@@ -107,6 +165,7 @@ const HORIZON: Limits = positive(1e5, "seconds above 0 and at most 100000");
 /// One number of a section: its spelling, its limits and its place.
 pub(super) struct NumberKey {
     pub name: &'static str,
+    pub facts: Facts,
     pub limits: Limits,
     pub required: bool,
     pub get: fn(&Rig) -> Option<f64>,
@@ -117,9 +176,10 @@ pub(super) struct NumberKey {
 /// A row of [`NUMBERS`]: `field` is required in its section, `field?` may be
 /// absent, `field = 0` may be left out and is then that number.
 macro_rules! number {
-    ($name:literal, $section:ident.$field:ident?, $limits:expr) => {
+    ($name:literal, $section:ident.$field:ident?, $limits:expr, $facts:expr) => {
         NumberKey {
             name: $name,
+            facts: $facts,
             limits: $limits,
             required: false,
             get: |rig| rig.$section.as_ref().and_then(|section| section.$field),
@@ -131,15 +191,16 @@ macro_rules! number {
             },
         }
     };
-    ($name:literal, $section:ident.$field:ident = 0, $limits:expr) => {
+    ($name:literal, $section:ident.$field:ident = 0, $limits:expr, $facts:expr) => {
         NumberKey {
             required: false,
-            ..number!($name, $section.$field, $limits)
+            ..number!($name, $section.$field, $limits, $facts)
         }
     };
-    ($name:literal, $section:ident.$field:ident, $limits:expr) => {
+    ($name:literal, $section:ident.$field:ident, $limits:expr, $facts:expr) => {
         NumberKey {
             name: $name,
+            facts: $facts,
             limits: $limits,
             required: true,
             get: |rig| rig.$section.as_ref().map(|section| section.$field),
@@ -153,43 +214,81 @@ macro_rules! number {
 
 #[rustfmt::skip]
 pub(super) static NUMBERS: &[NumberKey] = &[
-    number!("gas.gamma", gas.gamma, GAMMA),
-    number!("gas.gas_constant_J_kgK", gas.gas_constant_j_kgk, GAS_CONSTANT),
-    number!("environment.pressure_Pa", environment.pressure_pa, PRESSURE),
-    number!("environment.temperature_K", environment.temperature_k, TEMPERATURE),
-    number!("supply.pressure_Pa", supply.pressure_pa, PRESSURE),
-    number!("valve.null_V", valve.null_v, COMMAND),
-    number!("valve.critical_pressure_ratio", valve.critical_pressure_ratio, RATIO),
-    number!("valve.laminar_pressure_ratio", valve.laminar_pressure_ratio, RATIO),
-    number!("cylinder.stroke_m", cylinder.stroke_m?, STROKE),
-    number!("cylinder.bore_m", cylinder.bore_m?, BORE),
-    number!("cylinder.area_a_m2", cylinder.area_a_m2?, PISTON_AREA),
-    number!("cylinder.area_b_m2", cylinder.area_b_m2?, PISTON_AREA),
-    number!("cylinder.dead_volume_a_m3", cylinder.dead_volume_a_m3?, DEAD_VOLUME),
-    number!("cylinder.dead_volume_b_m3", cylinder.dead_volume_b_m3?, DEAD_VOLUME),
-    number!("vessel.volume_m3", vessel.volume_m3, VESSEL_VOLUME),
-    number!("actuator.stem_at_zero_command", actuator.stem_at_zero_command, STEM),
-    number!("actuator.stem_at_full_command", actuator.stem_at_full_command, STEM),
-    number!("actuator.time_constant_s", actuator.time_constant_s, TIME_CONSTANT),
-    number!("chambers.heat_transfer_charging_W_m2K", chambers.heat_transfer_charging_w_m2k?, HEAT_TRANSFER),
-    number!("chambers.heat_transfer_discharging_W_m2K", chambers.heat_transfer_discharging_w_m2k?, HEAT_TRANSFER),
-    number!("chambers.expansion_index", chambers.expansion_index?, INDEX),
-    number!("chambers.compression_index", chambers.compression_index?, INDEX),
-    number!("chambers.polytropic_index", chambers.polytropic_index?, INDEX),
-    number!("carriage.mass_kg", carriage.mass_kg, MASS),
-    number!("carriage.external_force_N", carriage.external_force_n = 0, FORCE),
-    number!("friction.bristle_stiffness_N_m", friction.bristle_stiffness_n_m?, STIFFNESS),
-    number!("friction.bristle_damping_Ns_m", friction.bristle_damping_ns_m?, DAMPING),
-    number!("friction.viscous_Ns_m", friction.viscous_ns_m?, DAMPING),
-    number!("friction.coulomb_N", friction.coulomb_n?, FRICTION_FORCE),
-    number!("friction.static_N", friction.static_n?, FRICTION_FORCE),
-    number!("friction.stribeck_velocity_m_s", friction.stribeck_velocity_m_s?, STRIBECK),
-    number!("horizon.seconds", horizon.seconds, HORIZON),
+    number!("gas.gamma", gas.gamma, GAMMA,
+        facts("1", "1.4", "ratio of the specific heats", "air and nitrogen: 1.4; helium and argon: 1.67")),
+    number!("gas.gas_constant_J_kgK", gas.gas_constant_j_kgk, GAS_CONSTANT,
+        facts("J/(kg K)", "287", "specific gas constant", "dry air: 287; nitrogen: 296.8")),
+    number!("environment.pressure_Pa", environment.pressure_pa, PRESSURE,
+        facts("Pa(abs)", "101325", "ambient pressure, from which gauge columns count", "barometer, or the weather report corrected to the altitude (-12 hPa per 100 m)")),
+    number!("environment.temperature_K", environment.temperature_k, TEMPERATURE,
+        facts("K", "293.15", "ambient temperature", "thermometer at the axis")),
+    number!("supply.pressure_Pa", supply.pressure_pa, PRESSURE,
+        facts("Pa(abs)", "700000", "pressure at the supply port of the valve", "reading of the regulator (gauge) plus the ambient pressure")),
+    number!("valve.null_V", valve.null_v, COMMAND,
+        facts("V", "5.0", "command at which both working ports are closed", "data sheet (0 to 10 V valves: 5.0 +- 0.1); measure: the middle of the commands at which the piston stands")),
+    number!("valve.critical_pressure_ratio", valve.critical_pressure_ratio, RATIO,
+        facts("1", "0.2 to 0.5", "ratio of downstream to upstream pressure below which the flow is choked", "data sheet: b of ISO 6358; typical 0.3 where it states none")),
+    number!("valve.laminar_pressure_ratio", valve.laminar_pressure_ratio, RATIO,
+        facts("1", "0.98", "pressure ratio above which the flow is proportional to the pressure difference", "typical; it hardly shows in motion")),
+    number!("cylinder.stroke_m", cylinder.stroke_m?, STROKE,
+        facts("m", "0.05 to 2", "stroke", "type code")),
+    number!("cylinder.bore_m", cylinder.bore_m?, BORE,
+        facts("m", "0.01 to 0.1", "bore; end faces and wall give the heat exchange surface", "type code")),
+    number!("cylinder.area_a_m2", cylinder.area_a_m2?, PISTON_AREA,
+        facts("m2", "4.9e-4 (bore 25 mm)", "piston area on the side of chamber A", "pi/4 bore^2, less the rod if it is on this side")),
+    number!("cylinder.area_b_m2", cylinder.area_b_m2?, PISTON_AREA,
+        facts("m2", "4.9e-4 (bore 25 mm, rodless)", "piston area on the side of chamber B", "pi/4 bore^2, less the rod if it is on this side")),
+    number!("cylinder.dead_volume_a_m3", cylinder.dead_volume_a_m3?, DEAD_VOLUME,
+        facts("m3", "10e-6 to 50e-6", "volume of chamber A at its end stop, with port, fittings and tube", "tube: pi/4 diameter^2 times length (12.6 cm3 per metre at 4 mm) plus the dead volume of the data sheet")),
+    number!("cylinder.dead_volume_b_m3", cylinder.dead_volume_b_m3?, DEAD_VOLUME,
+        facts("m3", "10e-6 to 50e-6", "volume of chamber B at its end stop, with port, fittings and tube", "as dead_volume_a_m3")),
+    number!("vessel.volume_m3", vessel.volume_m3, VESSEL_VOLUME,
+        facts("m3", "1e-4 to 0.1", "volume", "data sheet, or weigh it filled with water")),
+    number!("actuator.stem_at_zero_command", actuator.stem_at_zero_command, STEM,
+        facts("1", "0", "position of the stem at rest for the command 0", "read it off")),
+    number!("actuator.stem_at_full_command", actuator.stem_at_full_command, STEM,
+        facts("1", "1", "position of the stem at rest for the command 1", "read it off")),
+    number!("actuator.time_constant_s", actuator.time_constant_s, TIME_CONSTANT,
+        facts("s", "0.2 to 5", "lag of the stem behind the command", "step response: time to 63 % of the travel")),
+    number!("chambers.heat_transfer_charging_W_m2K", chambers.heat_transfer_charging_w_m2k?, HEAT_TRANSFER,
+        facts("W/(m2 K)", "20 to 100", "heat transfer coefficient while the net flow into the chamber is not negative", "typical 50; measure with the stop method")),
+    number!("chambers.heat_transfer_discharging_W_m2K", chambers.heat_transfer_discharging_w_m2k?, HEAT_TRANSFER,
+        facts("W/(m2 K)", "10 to 50", "heat transfer coefficient while the net flow leaves the chamber", "typical 20; measure with the stop method")),
+    number!("chambers.expansion_index", chambers.expansion_index?, INDEX,
+        facts("1", "1.0 to 1.4", "polytropic index of expansion, for model = \"polytropic\"", "typical 1.11")),
+    number!("chambers.compression_index", chambers.compression_index?, INDEX,
+        facts("1", "1.0 to 1.4", "polytropic index of compression, for model = \"polytropic\"", "typical 1.18")),
+    number!("chambers.polytropic_index", chambers.polytropic_index?, INDEX,
+        facts("1", "1.0 to 1.4", "index n of p V^n = constant, for model = \"polytropic-process\"", "1 isothermal, 1.4 adiabatic, typical 1.2")),
+    number!("axis.inclination_deg", axis.inclination_deg, INCLINATION,
+        facts("deg", "0", "angle by which the direction +x points above the horizontal (90: +x is up); the weight of the moving mass acts along it", "spirit level")),
+    number!("carriage.mass_kg", carriage.mass_kg, MASS,
+        facts("kg", "1 to 30", "moving mass: piston, carriage and load", "weigh it, or data sheet plus load")),
+    number!("carriage.external_force_N", carriage.external_force_n = 0, FORCE,
+        facts("N", "0", "constant force against +x (cables, a counterweight); 0 if absent", "spring scale")),
+    number!("friction.bristle_stiffness_N_m", friction.bristle_stiffness_n_m?, STIFFNESS,
+        facts("N/m", "1e4 to 1e6", "stiffness before break-away (sigma0)", "typical; needs a position sensor of 2 um or finer")),
+    number!("friction.bristle_damping_Ns_m", friction.bristle_damping_ns_m?, DAMPING,
+        facts("N s/m", "100 to 1500", "damping before break-away (sigma1)", "typical")),
+    number!("friction.viscous_Ns_m", friction.viscous_ns_m?, DAMPING,
+        facts("N s/m", "30 to 150", "viscous friction (sigma2)", "force at constant speed over the speed")),
+    number!("friction.coulomb_N", friction.coulomb_n?, FRICTION_FORCE,
+        facts("N", "10 to 40 (bore 25 mm)", "sliding friction at low speed", "pressure difference times area while creeping; typical 4 to 8 % of piston area times supply gauge pressure")),
+    number!("friction.static_N", friction.static_n?, FRICTION_FORCE,
+        facts("N", "1.1 to 1.5 times coulomb_N", "break-away force", "pressure difference times area at which the piston starts")),
+    number!("friction.stribeck_velocity_m_s", friction.stribeck_velocity_m_s?, STRIBECK,
+        facts("m/s", "0.002 to 0.02", "speed over which static falls to sliding friction", "typical")),
+    number!("horizon.seconds", horizon.seconds, HORIZON,
+        facts("s", "0.25", "prediction window of the fit figures; 0.25 if absent", "choose: about the time constant of interest")),
 ];
+
+/// The ratio that a stated flow gives as b.
+pub(super) const CRITICAL_RATIO: &str = "valve.critical_pressure_ratio";
 
 /// A key that takes one of a few words.
 pub(super) struct ChoiceKey {
     pub name: &'static str,
+    pub facts: Facts,
     pub words: &'static [&'static str],
     /// Required with its section.
     pub required: bool,
@@ -213,6 +312,12 @@ fn place<T: PartialEq>(list: &[T], wanted: &T) -> Option<usize> {
 pub(super) static CHOICES: &[ChoiceKey] = &[
     ChoiceKey {
         name: "valve.feeds_a_when",
+        facts: facts(
+            "",
+            "above-null",
+            "side of the null on which the valve feeds chamber A",
+            "try a small command: +x enlarges chamber A",
+        ),
         words: &["above-null", "below-null"],
         required: true,
         get: |rig| place(&FEEDS, &rig.valve.as_ref()?.feeds_a_when),
@@ -224,6 +329,12 @@ pub(super) static CHOICES: &[ChoiceKey] = &[
     },
     ChoiceKey {
         name: "cylinder.position_zero",
+        facts: facts(
+            "",
+            "mid-stroke",
+            "where x is 0: the middle of the stroke, or the end where chamber A is smallest; needed with stroke_m",
+            "position sensor",
+        ),
         words: &["mid-stroke", "end-a"],
         required: false,
         get: |rig| place(&ZEROS, &rig.cylinder.as_ref()?.position_zero?),
@@ -235,6 +346,12 @@ pub(super) static CHOICES: &[ChoiceKey] = &[
     },
     ChoiceKey {
         name: "chambers.model",
+        facts: facts(
+            "",
+            "energy-balance",
+            "law of the gas: energy balance with heat exchange, reduced polytropic model with two indices, or a closed chamber",
+            "energy-balance unless there is a reason",
+        ),
         words: &["energy-balance", "polytropic", "polytropic-process"],
         required: true,
         get: |rig| place(&MODELS, &rig.chambers.as_ref()?.model),
@@ -292,6 +409,30 @@ impl ValveTable {
         }
     }
 
+    /// What a person needs to know of it.
+    pub(super) fn facts(self) -> Facts {
+        match self {
+            Self::Opening => facts(
+                "V",
+                "[0, 0.3, ..., 5]",
+                "opening abs(u - null) of the points of both area tables: begins at 0, rises",
+                "flow test; a dead zone of 0.2 to 0.5 V is typical",
+            ),
+            Self::SupplyArea => facts(
+                "m2",
+                "[1e-7, 1e-7, ..., 1.7e-5]",
+                "orifice area from the supply at those openings; the first is the leakage of the closed path",
+                "flow test: area = mass flow sqrt(T) / (Cd C1 p psi)",
+            ),
+            Self::ExhaustArea => facts(
+                "m2",
+                "[1e-7, 1e-7, ..., 1.7e-5]",
+                "orifice area to the exhaust at those openings",
+                "as supply_area_m2; often 0.8 to 1.3 times as large",
+            ),
+        }
+    }
+
     /// What one entry may be.
     pub(super) fn limits(self) -> Limits {
         match self {
@@ -301,6 +442,19 @@ impl ValveTable {
             }
         }
     }
+}
+
+/// What a person needs to know of a key `section.key` or `effects.NAME.key`, and its range.
+pub fn describe(key: &str) -> Option<Facts> {
+    if let Some((name, parameter)) = effect_parameter(key) {
+        return Some(effects::effect(name)?.parameter(parameter)?.facts());
+    }
+    let numbers = NUMBERS.iter().map(|number| (number.name, number.facts));
+    let choices = CHOICES.iter().map(|choice| (choice.name, choice.facts));
+    let tables = ValveTable::ALL.map(|table| (table.key(), table.facts()));
+    let stated = STATED_FLOW.iter().map(|stated| (stated.name, stated.facts));
+    let mut all = numbers.chain(choices).chain(tables).chain(stated);
+    all.find(|(name, _)| *name == key).map(|(_, facts)| facts)
 }
 
 /// Every scalar number a rig file may hold outside `[signals]` and
@@ -339,6 +493,31 @@ fn effect_parameter(key: &str) -> Option<(&str, &str)> {
 pub(super) fn uncertainty_is_absolute(key: &str) -> bool {
     key.ends_with("_V") && ValveTable::from_key(key).is_none()
 }
+
+/// Gains of the board's controller: the key, its unit and what it is. Ranges and standard values
+/// are those of [`firmware::settings::Gains`].
+#[rustfmt::skip]
+pub(super) const GAINS: &[(&str, &str, &str)] = &[
+    ("observer_pressure_per_s", "1/s", "how fast the observer follows the chamber pressures; lower where they are noisy"),
+    ("observer_motion_per_s", "1/s", "how fast the observer follows position and velocity; lower where they are noisy"),
+    ("observer_disturbance_per_s", "1/s", "how fast the observer learns the disturbance force"),
+    ("observer_edge_per_s", "1/s", "how fast the observer learns the edges of the valve; 0 does not"),
+    ("observer_friction_per_s", "1/s", "how fast the observer learns the friction; 0 does not"),
+    ("position_per_s", "1/s", "bandwidth of the position loop; lower where the load swings"),
+    ("force_per_s", "1/s", "bandwidth of the force loop"),
+    ("approach_per_s", "1/s", "speed at which a position error loads the bristles of the friction feedforward"),
+    ("rest_force_per_s", "1/s", "how fast the force at rest follows a position error"),
+    ("damping", "1", "damping ratio of the position loop"),
+    ("lead_s", "s", "time by which the feedforward runs ahead: 1.5 ticks plus the lag of the spool"),
+    ("breakaway_margin", "1", "share of the Coulomb friction by which break-away may be exceeded"),
+    ("slip_m_per_s", "m/s", "speed above which a load at rest counts as slipping"),
+    ("rest_error_m", "m", "position error below which the load may come to rest"),
+    ("lost_error_m", "m", "position error above which rest is given up"),
+    ("indifferent_m", "m", "position error that is not corrected at rest"),
+    ("move_velocity_m_per_s", "m/s", "speed limit of a move to a set-point"),
+    ("move_acceleration_m_per_s2", "m/s2", "acceleration limit of a move to a set-point"),
+    ("move_jerk_m_per_s3", "m/s3", "jerk limit of a move to a set-point"),
+];
 
 impl Rig {
     /// The number at `section.key` or `effects.NAME.key`; 1 for a valve table
@@ -407,6 +586,7 @@ impl Rig {
 
     /// Replaces one number in place; see [`Rig::with_values`].
     pub fn set_value(&mut self, key: &str, value: f64) -> Result<(), UnknownKey> {
+        self.state_valve_by_tables(key);
         let stored = if let Some(table) = ValveTable::from_key(key) {
             self.scale_table(table, value)
         } else if let Some((effect, parameter)) = effect_parameter(key) {
@@ -420,6 +600,14 @@ impl Rig {
         stored
             .then_some(())
             .ok_or_else(|| UnknownKey(key.to_owned()))
+    }
+
+    /// A table or a ratio that is no longer that of the data sheet is stated by itself.
+    fn state_valve_by_tables(&mut self, key: &str) {
+        let derived = key == CRITICAL_RATIO || ValveTable::from_key(key).is_some();
+        if let Some(valve) = self.valve.as_mut().filter(|_| derived) {
+            valve.stated_flow = None;
+        }
     }
 
     fn scale_table(&mut self, table: ValveTable, scale: f64) -> bool {

@@ -5,30 +5,41 @@
 //! list for fits, and write a rig back.
 //!
 //! * [`Rig::read`], [`Rig::parse`]: text to structs (`read.rs`).
+//! * [`Rig::faults`]: all that is wrong with a text, not the first fault alone.
 //! * [`Rig::value`], [`Rig::uncertainty_sd`], [`Rig::with_values`]: the flat
-//!   view, keyed by the TOML spelling `section.key` (`keys.rs`, the one home of
-//!   spellings and limits).
-//! * [`Rig::to_toml`]: structs to text (`write.rs`).
+//!   view, keyed by the TOML spelling `section.key` (`keys.rs`, `signals.rs`: the one
+//!   table of spellings, limits, units and meanings).
+//! * [`Rig::to_toml`]: structs to text (`write.rs`); [`Rig::edited`]: a person's text with
+//!   changed numbers, its comments and order kept (`edit.rs`).
+//! * [`reference`]: the table as `docs/rig.md` and as a schema for editors.
+//! * `stated_flow.rs`: areas from the flow of a data sheet.
 //!
 //! All values are SI, pressures absolute. Every section is optional. The names
 //! of `[effects.NAME]` are those of [`crate::effects`]; [`Rig::parse_with`] takes
 //! another judge.
 //!
-//! Limits: comments and the layout of a rig file are not kept by
-//! [`Rig::to_toml`].
+//! Limits: comments and the layout of a rig file are kept by [`Rig::edited`] only.
 
+mod edit;
 mod error;
 mod keys;
 mod read;
+pub mod reference;
+mod signals;
+mod stated_flow;
 mod write;
 
 use std::collections::BTreeMap;
 
 pub use error::{EffectFault, RigError, UnknownKey};
-pub(crate) use keys::{COMMAND, Limits, PRESSURE, TEMPERATURE, limits, positive};
-pub use keys::{ValveTable, key_bounds, numeric_keys};
-pub use read::{EffectCheck, signal_dimension};
+pub(crate) use keys::{COMMAND, Limits, PRESSURE, TEMPERATURE, facts, limits, positive};
+pub use keys::{Facts, ValveTable, describe, key_bounds, numeric_keys};
+pub use read::EffectCheck;
 pub(crate) use read::{line_at, numeric, read_text, shown};
+
+pub use signals::signal_dimension;
+pub use stated_flow::{StatedFlow, nominal_flow_of_conductance};
+pub(crate) use write::quoted;
 
 use crate::units::Unit;
 
@@ -60,6 +71,8 @@ pub struct Rig {
     pub actuator: Option<Actuator>,
     /// `[chambers]`.
     pub chambers: Option<Chambers>,
+    /// `[axis]`.
+    pub axis: Option<Axis>,
     /// `[carriage]`.
     pub carriage: Option<Carriage>,
     /// `[friction]`.
@@ -217,6 +230,8 @@ pub struct Valve {
     pub supply_area_m2: Vec<f64>,
     /// Orifice area to the exhaust at those openings, m2.
     pub exhaust_area_m2: Vec<f64>,
+    /// The data sheet's flow, where tables and critical ratio follow from it.
+    pub stated_flow: Option<StatedFlow>,
 }
 
 /// Where `x` is zero.
@@ -293,6 +308,13 @@ pub struct Chambers {
     pub compression_index: Option<f64>,
     /// Index of the closed chamber's process.
     pub polytropic_index: Option<f64>,
+}
+
+/// `[axis]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Axis {
+    /// Angle by which +x points above the horizontal, degrees.
+    pub inclination_deg: f64,
 }
 
 /// `[carriage]`.

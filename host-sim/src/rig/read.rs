@@ -1,6 +1,7 @@
 //! A rig file to structs: every key known, every value sane, every complaint
 //! with its line.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fs::{self, File};
@@ -14,12 +15,14 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{
-    CHOICES, ChoiceKey, Limits, NUMBERS, NumberKey, OPEN_SECTIONS, SECTIONS, ValveTable,
-    uncertainty_is_absolute,
+    CHOICES, CRITICAL_RATIO, ChoiceKey, Limits, NUMBERS, NumberKey, SECTIONS, ValveTable,
+    section_names, uncertainty_is_absolute,
 };
+use super::signals::{SIGNALS, signal_key, signal_key_names};
+use super::stated_flow::{STATED_FLOW, StatedFlow, StatedFlowFault, deviates};
 use super::{
-    Actuator, Carriage, ChamberModel, Chambers, Column, Cylinder, EffectFault, Environment, FORMAT,
-    Friction, Gas, Horizon, Rig, RigError, Signal, Supply, Valve, Vessel,
+    Actuator, Axis, Carriage, ChamberModel, Chambers, Column, Cylinder, EffectFault, Environment,
+    FORMAT, Friction, Gas, Horizon, Rig, RigError, Signal, Supply, Valve, Vessel,
 };
 use crate::effects;
 use crate::text::{closest, expected_one_of, one_line};
@@ -38,39 +41,8 @@ const STATIC_OVER_COULOMB: f64 = 0.5;
 /// Judges one `[effects.NAME]`: its name and parameters, or what is wrong.
 pub type EffectCheck<'a> = &'a dyn Fn(&str, &BTreeMap<String, f64>) -> Result<(), EffectFault>;
 
-/// The signals there are, and what each may measure.
-const SIGNALS: &[(&str, &[Dimension])] = &[
-    ("t", &[Dimension::Time]),
-    ("u", &[Dimension::Voltage, Dimension::Fraction]),
-    ("p_a", &[Dimension::Pressure]),
-    ("p_b", &[Dimension::Pressure]),
-    ("p_s", &[Dimension::Pressure]),
-    ("p_e", &[Dimension::Pressure]),
-    ("x", &[Dimension::Length, Dimension::Fraction]),
-    ("x_ref", &[Dimension::Length, Dimension::Fraction]),
-    ("v", &[Dimension::Speed]),
-    ("a", &[Dimension::Acceleration]),
-    ("force", &[Dimension::Force]),
-    ("flow_a", &[Dimension::MassFlow]),
-    ("flow_b", &[Dimension::MassFlow]),
-    ("flow_s", &[Dimension::MassFlow]),
-    ("temperature_a", &[Dimension::Temperature]),
-    ("temperature_b", &[Dimension::Temperature]),
-    ("temperature_s", &[Dimension::Temperature]),
-];
-
-/// What a signal measures after conversion and scaling, given what its column
-/// was recorded in; `None` for a signal that does not exist. A raw sensor
-/// voltage that the rig scales becomes what the signal measures.
-pub fn signal_dimension(name: &str, recorded: Option<Dimension>) -> Option<Dimension> {
-    let (_, dimensions) = SIGNALS.iter().find(|row| row.0 == name)?;
-    let own = recorded.filter(|recorded| dimensions.contains(recorded));
-    own.or_else(|| dimensions.first().copied())
-}
-
-const SIGNAL_KEYS: &[&str] = &["column", "unit", "noise", "resolution", "scale", "offset"];
-
 type Entry<'t> = Spanned<DeValue<'t>>;
+type Name<'t> = Spanned<Cow<'t, str>>;
 
 impl Rig {
     /// Reads a rig file; its effects must be in [`effects::EFFECTS`].
@@ -86,6 +58,15 @@ impl Rig {
         Self::parse_with(&text, &name, effects)
     }
 
+    /// Reads a rig file with all that is wrong in it, see [`Rig::faults`]; fails only where the
+    /// file cannot be read.
+    pub fn read_faults(path: impl AsRef<Path>) -> Result<(Self, Vec<RigError>), RigError> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let text = read_text(path, &name, "a rig file")?;
+        Ok(Self::faults(&text, &name))
+    }
+
     /// Reads the text of a rig file; `name` is what error lines call it.
     pub fn parse(text: &str, name: &str) -> Result<Self, RigError> {
         Self::parse_with(text, name, &effects::check)
@@ -93,21 +74,41 @@ impl Rig {
 
     /// As [`Rig::parse`], with another judge of the effects' names and parameters.
     pub fn parse_with(text: &str, name: &str, effects: EffectCheck) -> Result<Self, RigError> {
+        let (rig, mut faults) = Self::parse_all(text, name, effects);
+        if faults.is_empty() {
+            return Ok(rig);
+        }
+        Err(faults.swap_remove(0))
+    }
+
+    /// All that is wrong with the text of a rig file, and the rig of what is right in it. Where
+    /// the text is no TOML at all only the first fault is known.
+    pub fn faults(text: &str, name: &str) -> (Self, Vec<RigError>) {
+        Self::parse_all(text, name, &effects::check)
+    }
+
+    fn parse_all(text: &str, name: &str, effects: EffectCheck) -> (Self, Vec<RigError>) {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut reader = Reader::new(text, name);
-        let document = DeTable::parse(text).map_err(|error| {
-            let problem = format!("not valid TOML: {}", one_line(error.message()));
-            reader.error(error.span(), None, problem, "")
-        })?;
-        reader.read(document.get_ref(), effects)?;
-        Ok(reader.rig)
+        match DeTable::parse(text) {
+            Ok(document) => reader.read(document.get_ref(), effects),
+            Err(error) => {
+                let problem = format!("not valid TOML: {}", one_line(error.message()));
+                let fault = reader.error(error.span(), None, problem, "");
+                reader.faults.push(fault);
+            }
+        }
+        (reader.rig, reader.faults)
     }
 
     /// Reads a rig that stands as a table inside of another file's text.
     pub(crate) fn from_table(table: &DeTable, text: &str, name: &str) -> Result<Self, RigError> {
         let mut reader = Reader::new(text, name);
-        reader.read(table, &effects::check)?;
-        Ok(reader.rig)
+        reader.read(table, &effects::check);
+        match reader.faults.is_empty() {
+            true => Ok(reader.rig),
+            false => Err(reader.faults.swap_remove(0)),
+        }
     }
 }
 
@@ -139,6 +140,8 @@ struct Reader<'t> {
     file: &'t str,
     text: &'t str,
     rig: Rig,
+    /// What was found wrong, in the order in which it was found.
+    faults: Vec<RigError>,
     /// Where each `section.key`, and each section, stands.
     places: BTreeMap<String, Range<usize>>,
 }
@@ -149,21 +152,36 @@ impl<'t> Reader<'t> {
             file,
             text,
             rig: Rig::default(),
+            faults: Vec::new(),
             places: BTreeMap::new(),
         }
     }
 
-    fn read(&mut self, root: &DeTable<'t>, effects: EffectCheck) -> Result<(), RigError> {
+    fn read(&mut self, root: &DeTable<'t>, effects: EffectCheck) {
         self.note_places(root);
-        self.check_format(root)?;
+        let format = self.check_format(root);
+        self.note(format);
         for (name, entry) in root {
-            self.read_top(name, entry)?;
+            let section = self.read_top(name, entry);
+            self.note(section);
         }
-        self.check_whole()?;
+        self.check_whole();
         if let Some(entry) = root.get("uncertainty") {
-            self.read_uncertainty(entry)?;
+            let section = self.read_uncertainty(entry);
+            self.note(section);
         }
-        self.check_effects(effects)
+        self.check_effects(effects);
+    }
+
+    /// Keeps a fault and gives what was read without one.
+    fn note<T>(&mut self, outcome: Result<T, RigError>) -> Option<T> {
+        match outcome {
+            Ok(read) => Some(read),
+            Err(fault) => {
+                self.faults.push(fault);
+                None
+            }
+        }
     }
 
     fn note_places(&mut self, root: &DeTable<'t>) {
@@ -188,20 +206,18 @@ impl<'t> Reader<'t> {
         Err(self.error(Some(entry.span()), Some("format"), problem, &expected))
     }
 
-    fn read_top(
-        &mut self,
-        name: &Spanned<std::borrow::Cow<'t, str>>,
-        entry: &Entry<'t>,
-    ) -> Result<(), RigError> {
+    fn read_top(&mut self, name: &Name<'t>, entry: &Entry<'t>) -> Result<(), RigError> {
         let section = name.get_ref().as_ref();
         match section {
             "format" | "uncertainty" => Ok(()),
             "signals" => self.read_signals(entry),
             "controller" => self.read_controller(entry),
             "effects" => self.read_effects(entry),
-            known if SECTIONS.contains(&known) => self.read_section(known, entry),
+            known if SECTIONS.iter().any(|one| one.name == known) => {
+                self.read_section(known, entry)
+            }
             _ => {
-                let known = [OPEN_SECTIONS, SECTIONS, &["format"]].concat();
+                let known: Vec<&str> = section_names().chain(["format"]).collect();
                 let expected = expected_one_of(section, &known);
                 let key = one_line(section);
                 Err(self.error(Some(name.span()), Some(&key), "unknown section", &expected))
@@ -221,17 +237,22 @@ impl<'t> Reader<'t> {
     fn read_signals(&mut self, entry: &Entry<'t>) -> Result<(), RigError> {
         let table = self.table("signals", entry)?;
         for (name, entry) in table {
-            let key = format!("signals.{}", one_line(name.get_ref()));
-            let Some((known, dimensions)) = SIGNALS.iter().find(|row| row.0 == name.get_ref())
-            else {
-                let known: Vec<&str> = SIGNALS.iter().map(|row| row.0).collect();
-                let expected = expected_one_of(name.get_ref(), &known);
-                return Err(self.error(Some(name.span()), Some(&key), "unknown signal", &expected));
-            };
-            let signal = self.read_signal(&key, entry, dimensions)?;
-            self.check_column_is_free(name.span(), &key, &signal)?;
-            self.rig.signals.by_name.insert((*known).into(), signal);
+            let signal = self.read_named_signal(name, entry);
+            self.note(signal);
         }
+        Ok(())
+    }
+
+    fn read_named_signal(&mut self, name: &Name<'t>, entry: &Entry<'t>) -> Result<(), RigError> {
+        let key = format!("signals.{}", one_line(name.get_ref()));
+        let Some(known) = signal_key(name.get_ref()) else {
+            let known: Vec<&str> = SIGNALS.iter().map(|signal| signal.name).collect();
+            let expected = expected_one_of(name.get_ref(), &known);
+            return Err(self.error(Some(name.span()), Some(&key), "unknown signal", &expected));
+        };
+        let signal = self.read_signal(&key, entry, known.dimensions)?;
+        self.check_column_is_free(name.span(), &key, &signal)?;
+        self.rig.signals.by_name.insert(known.name.into(), signal);
         Ok(())
     }
 
@@ -242,10 +263,11 @@ impl<'t> Reader<'t> {
         dimensions: &[Dimension],
     ) -> Result<Signal, RigError> {
         let table = self.table(key, entry)?;
+        let known = signal_key_names();
         for (name, _) in table {
-            if !SIGNAL_KEYS.contains(&name.get_ref().as_ref()) {
+            if !known.contains(&name.get_ref().as_ref()) {
                 let key = format!("{key}.{}", one_line(name.get_ref()));
-                let expected = expected_one_of(name.get_ref(), SIGNAL_KEYS);
+                let expected = expected_one_of(name.get_ref(), &known);
                 return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
             }
         }
@@ -373,26 +395,44 @@ impl<'t> Reader<'t> {
         let table = self.table(section, entry)?;
         self.open_section(section);
         for (name, entry) in table {
-            let key = format!("{section}.{}", name.get_ref());
-            if let Some(number) = NUMBERS.iter().find(|number| number.name == key) {
-                let value = self.number(&key, entry, &number.limits)?;
-                (number.set)(&mut self.rig, value);
-            } else if let Some(choice) = CHOICES.iter().find(|choice| choice.name == key) {
-                let word = self.choice(choice, entry)?;
-                (choice.set)(&mut self.rig, word);
-            } else if let Some(table) = ValveTable::from_key(&key) {
-                let points = self.points(table, entry)?;
-                if let Some(valve) = &mut self.rig.valve {
-                    *table.points_mut(valve) = points;
-                }
-            } else {
-                let known = section_keys(section);
-                let expected = expected_one_of(name.get_ref(), &known);
-                let key = one_line(&key);
-                return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
-            }
+            let read = self.read_key(section, name, entry);
+            self.note(read);
         }
-        self.check_complete(section)
+        self.check_complete(section);
+        Ok(())
+    }
+
+    fn read_key(
+        &mut self,
+        section: &str,
+        name: &Name<'t>,
+        entry: &Entry<'t>,
+    ) -> Result<(), RigError> {
+        let key = format!("{section}.{}", name.get_ref());
+        if let Some(number) = NUMBERS.iter().find(|number| number.name == key) {
+            let value = self.number(&key, entry, &number.limits)?;
+            (number.set)(&mut self.rig, value);
+        } else if let Some(choice) = CHOICES.iter().find(|choice| choice.name == key) {
+            let word = self.choice(choice, entry)?;
+            (choice.set)(&mut self.rig, word);
+        } else if let Some(table) = ValveTable::from_key(&key) {
+            let points = self.points(table, entry)?;
+            if let Some(valve) = &mut self.rig.valve {
+                *table.points_mut(valve) = points;
+            }
+        } else if let Some(stated) = STATED_FLOW.iter().find(|stated| stated.name == key) {
+            let value = self.number(&key, entry, &stated.limits)?;
+            if let Some(valve) = &mut self.rig.valve {
+                let flow = valve.stated_flow.get_or_insert_with(StatedFlow::default);
+                *(stated.field)(flow) = Some(value);
+            }
+        } else {
+            let known = section_keys(section);
+            let expected = expected_one_of(name.get_ref(), &known);
+            let key = one_line(&key);
+            return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
+        }
+        Ok(())
     }
 
     fn open_section(&mut self, section: &str) {
@@ -406,13 +446,14 @@ impl<'t> Reader<'t> {
             "vessel" => rig.vessel = Some(Vessel::default()),
             "actuator" => rig.actuator = Some(Actuator::default()),
             "chambers" => rig.chambers = Some(Chambers::default()),
+            "axis" => rig.axis = Some(Axis::default()),
             "carriage" => rig.carriage = Some(Carriage::default()),
             "friction" => rig.friction = Some(Friction::default()),
             _ => rig.horizon = Some(Horizon::default()),
         }
     }
 
-    fn check_complete(&self, section: &str) -> Result<(), RigError> {
+    fn check_complete(&mut self, section: &str) {
         let numbers = NUMBERS
             .iter()
             .filter(|number| number.required)
@@ -427,17 +468,23 @@ impl<'t> Reader<'t> {
                 format!("a list of {}", table.limits().expected),
             )
         });
-        let mut required = numbers.chain(choices).chain(tables);
-        let missing = required.find(|(name, _)| {
-            in_section(name, section).is_some() && !self.places.contains_key(*name)
-        });
-        match missing {
-            None => Ok(()),
-            Some((name, expected)) => {
+        let required = numbers.chain(choices).chain(tables);
+        let missing: Vec<RigError> = required
+            .filter(|(name, _)| in_section(name, section).is_some())
+            .filter(|(name, _)| !self.places.contains_key(*name) && !self.follows(name))
+            .map(|(name, expected)| {
                 let span = self.places.get(section).cloned();
-                Err(self.error(span, Some(name), "missing", &expected))
-            }
-        }
+                self.error(span, Some(name), "missing", &expected)
+            })
+            .collect();
+        self.faults.extend(missing);
+    }
+
+    /// Whether a key follows from the flow that the valve states in its place.
+    fn follows(&self, key: &str) -> bool {
+        let valve = self.rig.valve.as_ref();
+        let stated = valve.is_some_and(|valve| valve.stated_flow.is_some());
+        stated && (key == CRITICAL_RATIO || ValveTable::from_key(key).is_some())
     }
 
     fn number(&self, key: &str, entry: &Entry<'t>, limits: &Limits) -> Result<f64, RigError> {
@@ -490,57 +537,65 @@ impl<'t> Reader<'t> {
 
     /// Judged as the board judges them, with the line.
     fn read_controller(&mut self, entry: &Entry<'t>) -> Result<(), RigError> {
-        let known = Gains::default().fields();
         for (name, entry) in self.table("controller", entry)? {
-            let key = format!("controller.{}", name.get_ref());
-            let Some(gain) = known.iter().find(|gain| gain.name == key) else {
-                let names =
-                    known.map(|gain| in_section(gain.name, "controller").unwrap_or(gain.name));
-                let expected = expected_one_of(name.get_ref(), &names);
-                let key = one_line(&key);
-                return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
-            };
-            let value = numeric(entry).filter(|value| value.is_finite());
-            let range = f64::from(gain.lowest)..=f64::from(gain.highest);
-            let Some(value) = value.filter(|value| range.contains(value)) else {
-                let problem = format!("is {}", shown(entry));
-                let expected = format!("a number from {} to {}", gain.lowest, gain.highest);
-                return Err(self.error(Some(entry.span()), Some(&key), problem, &expected));
-            };
-            self.rig
-                .controller
-                .insert(name.get_ref().to_string(), value);
+            let gain = self.gain(name, entry);
+            if let Some(value) = self.note(gain) {
+                let name = name.get_ref().to_string();
+                self.rig.controller.insert(name, value);
+            }
         }
         Ok(())
+    }
+
+    fn gain(&self, name: &Name<'t>, entry: &Entry<'t>) -> Result<f64, RigError> {
+        let known = Gains::default().fields();
+        let key = format!("controller.{}", name.get_ref());
+        let Some(gain) = known.iter().find(|gain| gain.name == key) else {
+            let names = known.map(|gain| in_section(gain.name, "controller").unwrap_or(gain.name));
+            let expected = expected_one_of(name.get_ref(), &names);
+            let key = one_line(&key);
+            return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
+        };
+        let value = numeric(entry).filter(|value| value.is_finite());
+        let range = f64::from(gain.lowest)..=f64::from(gain.highest);
+        value.filter(|value| range.contains(value)).ok_or_else(|| {
+            let problem = format!("is {}", shown(entry));
+            let expected = format!("a number from {} to {}", gain.lowest, gain.highest);
+            self.error(Some(entry.span()), Some(&key), problem, &expected)
+        })
     }
 
     // [effects.NAME] and [uncertainty]
 
     fn read_effects(&mut self, entry: &Entry<'t>) -> Result<(), RigError> {
         for (name, entry) in self.table("effects", entry)? {
-            let key = format!("effects.{}", name.get_ref());
-            self.places.insert(key.clone(), name.span());
-            self.check_name(&key, name)?;
-            let mut parameters = BTreeMap::new();
-            for (parameter, entry) in self.table(&key, entry)? {
-                let key = format!("{key}.{}", parameter.get_ref());
-                self.places.insert(key.clone(), parameter.span());
-                self.check_name(&key, parameter)?;
-                let value = self.number(&key, entry, &ANY)?;
-                parameters.insert(parameter.get_ref().to_string(), value);
-            }
-            let name = name.get_ref().to_string();
-            self.rig.effects.insert(name, parameters);
+            let effect = self.read_effect(name, entry);
+            self.note(effect);
         }
         Ok(())
     }
 
+    fn read_effect(&mut self, name: &Name<'t>, entry: &Entry<'t>) -> Result<(), RigError> {
+        let key = format!("effects.{}", name.get_ref());
+        self.places.insert(key.clone(), name.span());
+        self.check_name(&key, name)?;
+        let mut parameters = BTreeMap::new();
+        for (parameter, entry) in self.table(&key, entry)? {
+            let key = format!("{key}.{}", parameter.get_ref());
+            self.places.insert(key.clone(), parameter.span());
+            let value = self.check_name(&key, parameter);
+            let value = value.and_then(|()| self.number(&key, entry, &ANY));
+            if let Some(value) = self.note(value) {
+                parameters.insert(parameter.get_ref().to_string(), value);
+            }
+        }
+        let name = name.get_ref().to_string();
+        self.rig.effects.insert(name, parameters);
+        Ok(())
+    }
+
     /// A dot or a blank inside a name would make `effects.NAME.key` ambiguous.
-    fn check_name(
-        &self,
-        key: &str,
-        name: &Spanned<std::borrow::Cow<'t, str>>,
-    ) -> Result<(), RigError> {
+    fn check_name(&self, key: &str, name: &Name<'t>) -> Result<(), RigError> {
         let plain = |one: char| one.is_alphanumeric() || one == '_' || one == '-';
         if !name.get_ref().is_empty() && name.get_ref().chars().all(plain) {
             return Ok(());
@@ -550,40 +605,51 @@ impl<'t> Reader<'t> {
         Err(self.error(Some(name.span()), Some(&key), "is no name", expected))
     }
 
-    fn check_effects(&self, check: EffectCheck) -> Result<(), RigError> {
-        for (name, parameters) in &self.rig.effects {
-            let key = format!("effects.{name}");
-            check(name, parameters).map_err(|fault| {
-                let key = match &fault.parameter {
-                    Some(parameter) => format!("{key}.{parameter}"),
-                    None => key,
-                };
-                self.at(&key, fault.problem, &fault.expected)
-            })?;
-        }
-        Ok(())
+    fn check_effects(&mut self, check: EffectCheck) {
+        let judged = |(name, parameters): (&String, &BTreeMap<String, f64>)| {
+            let fault = check(name, parameters).err()?;
+            let key = match &fault.parameter {
+                Some(parameter) => format!("effects.{name}.{parameter}"),
+                None => format!("effects.{name}"),
+            };
+            Some(self.at(&key, fault.problem, &fault.expected))
+        };
+        let faults: Vec<RigError> = self.rig.effects.iter().filter_map(judged).collect();
+        self.faults.extend(faults);
     }
 
     fn read_uncertainty(&mut self, entry: &Entry<'t>) -> Result<(), RigError> {
         for (name, entry) in self.table("uncertainty", entry)? {
-            let target = name.get_ref().as_ref();
-            let key = format!("uncertainty.\"{}\"", one_line(target));
-            if entry.get_ref().is_table() {
-                let expected = "quotes around the whole key: \"section.key\" = value";
-                return Err(self.error(Some(name.span()), Some(&key), "is a table", expected));
+            let deviation = self.deviation(name, entry);
+            if let Some(value) = self.note(deviation) {
+                for key in deviates(&self.rig, name.get_ref()) {
+                    self.rig.uncertainty.insert(key.into(), value);
+                }
             }
-            if self.rig.value(target).is_none() {
-                return Err(self.no_such_value(name.span(), &key, target));
-            }
-            let limits = if uncertainty_is_absolute(target) {
-                &ABSOLUTE_DEVIATION
-            } else {
-                &RELATIVE_DEVIATION
-            };
-            let value = self.number(&key, entry, limits)?;
-            self.rig.uncertainty.insert(target.into(), value);
         }
         Ok(())
+    }
+
+    fn deviation(&self, name: &Name<'t>, entry: &Entry<'t>) -> Result<f64, RigError> {
+        let target = name.get_ref().as_ref();
+        let key = format!("uncertainty.\"{}\"", one_line(target));
+        if entry.get_ref().is_table() {
+            let expected = "quotes around the whole key: \"section.key\" = value";
+            return Err(self.error(Some(name.span()), Some(&key), "is a table", expected));
+        }
+        // A value that was refused has its own line already.
+        let refused =
+            self.places.contains_key(target) && NUMBERS.iter().any(|one| one.name == target);
+        let means_a_value = |key: &&str| self.rig.value(key).is_some();
+        if !refused && !deviates(&self.rig, target).iter().all(means_a_value) {
+            return Err(self.no_such_value(name.span(), &key, target));
+        }
+        let limits = if uncertainty_is_absolute(target) {
+            &ABSOLUTE_DEVIATION
+        } else {
+            &RELATIVE_DEVIATION
+        };
+        self.number(&key, entry, limits)
     }
 
     fn no_such_value(&self, span: Range<usize>, key: &str, target: &str) -> RigError {
@@ -602,14 +668,56 @@ impl<'t> Reader<'t> {
 
     // what several keys must agree on
 
-    fn check_whole(&mut self) -> Result<(), RigError> {
+    fn check_whole(&mut self) {
         self.rig.signals.gauge_zero_pa = self.rig.ambient_pressure_pa();
-        self.check_time_column()?;
-        self.check_valve()?;
-        self.check_supply()?;
-        self.check_cylinder()?;
-        self.check_chambers()?;
-        self.check_friction()
+        let derived = self.derive_valve();
+        self.note(derived);
+        let checks = [
+            Self::check_time_column,
+            Self::check_valve,
+            Self::check_supply,
+            Self::check_cylinder,
+            Self::check_chambers,
+            Self::check_friction,
+        ];
+        for check in checks {
+            let checked = check(self);
+            self.note(checked);
+        }
+    }
+
+    /// Areas and critical ratio of a valve that states its flow.
+    fn derive_valve(&mut self) -> Result<(), RigError> {
+        let Some(valve) = self.rig.valve.as_ref() else {
+            return Ok(());
+        };
+        let Some(flow) = valve.stated_flow.as_ref() else {
+            return Ok(());
+        };
+        let tables = ValveTable::ALL.map(ValveTable::key);
+        let mut both = tables.into_iter().chain([CRITICAL_RATIO]);
+        if let Some(key) = both.find(|key| self.places.contains_key(*key)) {
+            let expected =
+                "either areas and critical_pressure_ratio, or the flow of the data sheet with b";
+            return Err(self.at(key, "stands beside a stated flow", expected));
+        }
+        let fault = |(key, problem, expected): StatedFlowFault| {
+            let place = self.place(key).or_else(|| self.place("valve"));
+            self.error(place, Some(key), problem, &expected)
+        };
+        // A refused null or ratio has its own line.
+        if valve.laminar_pressure_ratio <= 0.0 {
+            return Ok(());
+        }
+        let derived = flow.derive(valve.null_v, valve.laminar_pressure_ratio);
+        let derived = derived.map_err(fault)?;
+        if let Some(valve) = &mut self.rig.valve {
+            valve.critical_pressure_ratio = derived.critical_pressure_ratio;
+            valve.opening_v = derived.opening_v;
+            valve.supply_area_m2.clone_from(&derived.area_m2);
+            valve.exhaust_area_m2 = derived.area_m2;
+        }
+        Ok(())
     }
 
     fn check_time_column(&self) -> Result<(), RigError> {
@@ -622,7 +730,13 @@ impl<'t> Reader<'t> {
     }
 
     fn check_valve(&self) -> Result<(), RigError> {
-        let Some(valve) = &self.rig.valve else {
+        let whole = |valve: &&Valve| {
+            ValveTable::ALL
+                .iter()
+                .all(|table| !table.points(valve).is_empty())
+        };
+        // What is missing or was refused has its own line.
+        let Some(valve) = self.rig.valve.as_ref().filter(whole) else {
             return Ok(());
         };
         self.check_opening(valve)?;
@@ -635,7 +749,8 @@ impl<'t> Reader<'t> {
             }
             self.check_areas(table, valve)?;
         }
-        if valve.laminar_pressure_ratio <= valve.critical_pressure_ratio {
+        let laminar_read = valve.laminar_pressure_ratio > 0.0;
+        if laminar_read && valve.laminar_pressure_ratio <= valve.critical_pressure_ratio {
             let problem = format!("{} is out of range", valve.laminar_pressure_ratio);
             let expected = format!(
                 "a ratio above valve.critical_pressure_ratio = {}",
@@ -687,7 +802,8 @@ impl<'t> Reader<'t> {
             return Ok(());
         };
         let ambient_pa = self.rig.ambient_pressure_pa();
-        if supply.pressure_pa > ambient_pa {
+        // One that was refused has its own line.
+        if supply.pressure_pa > ambient_pa || supply.pressure_pa <= 0.0 {
             return Ok(());
         }
         let problem = format!(
@@ -702,7 +818,8 @@ impl<'t> Reader<'t> {
         let Some(cylinder) = &self.rig.cylinder else {
             return Ok(());
         };
-        if cylinder.stroke_m.is_some() && cylinder.position_zero.is_none() {
+        let zero_is_absent = !self.places.contains_key("cylinder.position_zero");
+        if cylinder.stroke_m.is_some() && zero_is_absent {
             let expected = "\"mid-stroke\" or \"end-a\", as there is a stroke";
             let span = self.place("cylinder");
             let key = Some("cylinder.position_zero");
@@ -753,7 +870,7 @@ impl<'t> Reader<'t> {
                 ("polytropic-process", &["chambers.polytropic_index"])
             }
         };
-        let missing = needed.iter().find(|key| self.rig.value(key).is_none());
+        let missing = needed.iter().find(|key| !self.places.contains_key(**key));
         match missing {
             None => Ok(()),
             Some(key) => {
@@ -894,9 +1011,11 @@ fn section_keys(section: &str) -> Vec<&'static str> {
     let numbers = NUMBERS.iter().map(|number: &NumberKey| number.name);
     let choices = CHOICES.iter().map(|choice| choice.name);
     let tables = ValveTable::ALL.map(ValveTable::key);
+    let stated = STATED_FLOW.iter().map(|stated| stated.name);
     numbers
         .chain(choices)
         .chain(tables)
+        .chain(stated)
         .filter_map(|name| in_section(name, section))
         .collect()
 }

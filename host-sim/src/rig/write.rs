@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use super::keys::{CHOICES, NUMBERS, SECTIONS, ValveTable};
+use super::keys::{CHOICES, CRITICAL_RATIO, NUMBERS, SECTIONS, ValveTable};
+use super::stated_flow::STATED_FLOW;
 use super::{Column, FORMAT, Rig, Signal};
 
 impl Rig {
@@ -11,7 +12,7 @@ impl Rig {
         let mut text = format!("format = {}\n", quoted(FORMAT));
         self.write_signals(&mut text);
         for section in SECTIONS {
-            self.write_section(&mut text, section);
+            self.write_section(&mut text, section.name);
         }
         self.write_uncertainty(&mut text);
         self.write_controller(&mut text);
@@ -39,14 +40,32 @@ impl Rig {
                 line(text, key, &quoted(choice.words[word]));
             }
         }
+        let stated = self
+            .valve
+            .as_ref()
+            .and_then(|valve| valve.stated_flow.clone());
         for number in NUMBERS {
+            // It follows from the stated flow.
+            if stated.is_some() && number.name == CRITICAL_RATIO {
+                continue;
+            }
             if let (Some(key), Some(value)) = (key_in(number.name, section), (number.get)(self)) {
                 line(text, key, &float(value));
             }
         }
-        let Some(valve) = self.valve.as_ref() else {
+        let Some(valve) = self.valve.as_ref().filter(|_| section == "valve") else {
             return;
         };
+        if let Some(mut flow) = stated {
+            for key in STATED_FLOW {
+                if let (Some(name), Some(value)) =
+                    (key_in(key.name, section), *(key.field)(&mut flow))
+                {
+                    line(text, name, &float(value));
+                }
+            }
+            return;
+        }
         for table in ValveTable::ALL {
             if let Some(key) = key_in(table.key(), section) {
                 let points: Vec<String> = table.points(valve).iter().copied().map(float).collect();
@@ -65,6 +84,7 @@ impl Rig {
             "vessel" => self.vessel.is_some(),
             "actuator" => self.actuator.is_some(),
             "chambers" => self.chambers.is_some(),
+            "axis" => self.axis.is_some(),
             "carriage" => self.carriage.is_some(),
             "friction" => self.friction.is_some(),
             "horizon" => self.horizon.is_some(),
@@ -106,7 +126,7 @@ fn line(text: &mut String, key: &str, value: &str) {
     let _ = writeln!(text, "{key} = {value}");
 }
 
-fn key_in<'a>(name: &'a str, section: &str) -> Option<&'a str> {
+pub(super) fn key_in<'a>(name: &'a str, section: &str) -> Option<&'a str> {
     name.strip_prefix(section)?.strip_prefix('.')
 }
 
@@ -135,14 +155,14 @@ fn signal_table(signal: &Signal) -> String {
 }
 
 /// The shortest spelling that reads back to the same number.
-fn float(value: f64) -> String {
+pub(super) fn float(value: f64) -> String {
     if value.is_nan() {
         return "nan".into();
     }
     format!("{value:?}")
 }
 
-fn bare_or_quoted(key: &str) -> String {
+pub(super) fn bare_or_quoted(key: &str) -> String {
     let bare = !key.is_empty()
         && key
             .bytes()
@@ -151,7 +171,7 @@ fn bare_or_quoted(key: &str) -> String {
 }
 
 /// A TOML basic string.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut shown = String::from("\"");
     for character in text.chars() {
         match character {

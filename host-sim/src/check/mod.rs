@@ -1,0 +1,152 @@
+//! A rig against its recordings, all remarks at once: what is wrong with the file, which laws run
+//! and what the others lack, what is assumed, what is taken as exact, and what the recordings are
+//! worth by [`crate::inspect`].
+
+mod display;
+mod needs;
+
+use serde::Serialize;
+
+pub use needs::{Assumed, Lack, LawCheck};
+
+use crate::inspect::{Inspection, SignalReport, inspect};
+use crate::recording::Recording;
+use crate::rig::{Rig, RigError};
+
+/// The findings.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// `check/1`.
+    pub format: &'static str,
+    /// The rig file.
+    pub rig: String,
+    /// Whether fits and diagnoses can use rig and recordings.
+    pub usable: bool,
+    /// Faults of the rig file, one line each.
+    pub rig_faults: Vec<String>,
+    /// The laws that the rig describes.
+    pub laws: Vec<LawCheck>,
+    /// Values in use that the rig does not state.
+    pub assumed: Vec<Assumed>,
+    /// Numbers without an entry in `[uncertainty]`, which no fit moves.
+    pub exact: Vec<String>,
+    /// Each recording.
+    pub recordings: Vec<RecordingCheck>,
+}
+
+/// One recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RecordingCheck {
+    /// The file.
+    pub recording: String,
+    /// Why it cannot be read, one line.
+    pub error: Option<String>,
+    /// Number of rows.
+    pub rows: usize,
+    /// Rows per second.
+    pub rate_hz: f64,
+    /// Faults, one line each.
+    pub faults: Vec<String>,
+    /// Remarks, one line each.
+    pub remarks: Vec<String>,
+    /// Columns that the rig does not name.
+    pub unused_columns: Vec<String>,
+    /// Noise of each signal.
+    pub noise: Vec<NoiseCheck>,
+}
+
+/// Declared noise against measured, SI.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NoiseCheck {
+    /// The signal.
+    pub signal: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What the rig states.
+    pub declared: Option<f64>,
+    /// What the rows show.
+    pub measured: f64,
+    /// False where the resolution hides the noise: it is at most the figure.
+    pub visible: bool,
+}
+
+impl Check {
+    /// The findings on a rig file, before any recording.
+    pub fn of_rig(name: &str, rig: &Rig, faults: &[RigError]) -> Self {
+        let laws = needs::laws(rig);
+        let runs = laws.iter().any(|law| law.lacks.is_empty());
+        Self {
+            format: "check/1",
+            rig: name.into(),
+            usable: faults.is_empty() && runs,
+            rig_faults: faults.iter().map(ToString::to_string).collect(),
+            laws,
+            assumed: needs::assumed(rig),
+            exact: exact(rig),
+            recordings: Vec::new(),
+        }
+    }
+
+    /// Adds what a recording shows, or why it cannot be read.
+    pub fn add(&mut self, rig: &Rig, name: &str, recording: Result<Recording, String>) {
+        let checked = match recording {
+            Ok(recording) => RecordingCheck::of(name, inspect(rig, &recording)),
+            Err(error) => RecordingCheck::unreadable(name, error),
+        };
+        self.usable &= checked.error.is_none() && checked.faults.is_empty();
+        self.recordings.push(checked);
+    }
+}
+
+impl RecordingCheck {
+    fn unreadable(name: &str, error: String) -> Self {
+        Self {
+            recording: name.into(),
+            error: Some(error),
+            rows: 0,
+            rate_hz: 0.0,
+            faults: Vec::new(),
+            remarks: Vec::new(),
+            unused_columns: Vec::new(),
+            noise: Vec::new(),
+        }
+    }
+
+    fn of(name: &str, inspection: Inspection) -> Self {
+        let noise = inspection.signals.iter().filter(|one| one.name != "u");
+        Self {
+            recording: name.into(),
+            error: None,
+            rows: inspection.rows,
+            rate_hz: inspection.timing.rate_hz,
+            faults: inspection
+                .faults
+                .iter()
+                .map(|fault| fault.sentence.clone())
+                .collect(),
+            remarks: inspection.notes.clone(),
+            unused_columns: inspection.unused_columns.clone(),
+            noise: noise.map(NoiseCheck::of).collect(),
+        }
+    }
+}
+
+impl NoiseCheck {
+    fn of(signal: &SignalReport) -> Self {
+        Self {
+            signal: signal.name.clone(),
+            unit: signal.unit,
+            declared: signal.declared_noise,
+            measured: signal.noise,
+            visible: signal.noise_visible,
+        }
+    }
+}
+
+/// Numbers that a person measured or guessed and gave no deviation.
+fn exact(rig: &Rig) -> Vec<String> {
+    let keys = rig.value_keys().into_iter();
+    keys.filter(|key| !key.starts_with("horizon."))
+        .filter(|key| rig.uncertainty_sd(key).is_none())
+        .collect()
+}

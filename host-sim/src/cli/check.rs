@@ -1,0 +1,59 @@
+//! `pneuma check`: a rig file against its recordings.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::CommandError;
+use super::inputs::{bad_input, check_outputs, read_recording, write_json};
+use crate::check::Check;
+use crate::rig::Rig;
+
+/// Check a rig file against its recordings: all remarks at once.
+///
+/// Says what is wrong with the rig file, which laws run and which number each of the others
+/// lacks, which values are assumed, which numbers are taken as exact, and what the recordings show.
+/// Exit status 0 if all of it is usable, 2 if not.
+#[derive(Args, Clone, Debug)]
+pub struct CheckArguments {
+    /// The rig file.
+    #[arg(long)]
+    pub rig: PathBuf,
+    /// Also write the findings as JSON.
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// The recordings; `run.csv@0..50` is the first half of one.
+    #[arg(value_name = "FILE[@FROM..TO]")]
+    pub recordings: Vec<PathBuf>,
+}
+
+/// Runs the command, writing to `out`.
+///
+/// # Errors
+/// If rig or recordings are not usable, or an output cannot be written.
+pub fn run(arguments: &CheckArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let inputs: Vec<&PathBuf> = std::iter::once(&arguments.rig)
+        .chain(&arguments.recordings)
+        .collect();
+    let outputs: Vec<&PathBuf> = arguments.json.iter().collect();
+    check_outputs(&inputs, &outputs)?;
+    let (rig, faults) = Rig::read_faults(&arguments.rig).map_err(bad_input)?;
+    let mut check = Check::of_rig(&arguments.rig.display().to_string(), &rig, &faults);
+    for path in &arguments.recordings {
+        let recording = read_recording(path, &rig).map_err(|error| error.to_string());
+        check.add(&rig, &path.display().to_string(), recording);
+    }
+    write!(out, "{check}")?;
+    out.flush()?;
+    if let Some(path) = &arguments.json {
+        write_json(path, &check)?;
+    }
+    if check.usable {
+        return Ok(());
+    }
+    Err(bad_input(format!(
+        "{}: not usable as it is, see the lines above",
+        arguments.rig.display()
+    )))
+}
