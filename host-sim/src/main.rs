@@ -3,12 +3,13 @@
 use std::io;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use host_sim::cli::{
     self, board::BoardArguments, closed_loop::LoopArguments, compare::CompareArguments,
     controller::ControllerArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
     fit::FitArguments, inspect::InspectArguments, record::RecordArguments,
-    settings::SettingsArguments, simulate::SimulateArguments, trial::TrialArguments,
+    settings::SettingsArguments, shell_help::CompletionsArguments, shell_help::ManArguments,
+    simulate::SimulateArguments, trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -24,12 +25,14 @@ struct Cli {
 enum Command {
     Board(BoardArguments),
     Compare(CompareArguments),
+    Completions(CompletionsArguments),
     Controller(ControllerArguments),
     Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
     Fit(FitArguments),
     Inspect(InspectArguments),
     Loop(LoopArguments),
+    Man(ManArguments),
     Record(RecordArguments),
     Settings(SettingsArguments),
     Simulate(SimulateArguments),
@@ -42,12 +45,16 @@ fn main() -> ExitCode {
     let run = || match &cli.command {
         Command::Board(arguments) => cli::board::run(arguments, &mut out),
         Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
+        Command::Completions(arguments) => {
+            cli::shell_help::completions(arguments, Cli::command(), &mut out)
+        }
         Command::Controller(arguments) => cli::controller::run(arguments, &mut out),
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
         Command::Loop(arguments) => cli::closed_loop::run(arguments, &mut out),
+        Command::Man(arguments) => cli::shell_help::man(arguments, Cli::command(), &mut out),
         Command::Record(arguments) => cli::record::run(arguments, &mut out),
         Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
