@@ -100,7 +100,9 @@ fn debug_information(image: &[u8]) -> Result<DebugInformation<'_>, String> {
     let file = ElfFile32::<Endianness>::parse(image).map_err(|error| error.to_string())?;
     // A section that is missing is empty.
     let section = |id: SectionId| {
-        let bytes = file.section_by_name(id.name()).and_then(|one| one.data().ok());
+        let bytes = file
+            .section_by_name(id.name())
+            .and_then(|one| one.data().ok());
         Ok(EndianSlice::new(bytes.unwrap_or_default(), LittleEndian))
     };
     let context = Dwarf::load(section).and_then(addr2line::Context::from_dwarf);

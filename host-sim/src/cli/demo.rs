@@ -108,7 +108,14 @@ fn firmware_stages(folder: &Path, out: &mut dyn Write) -> Result<(), CommandErro
     let what = "The firmware in QEMU moves a simulated axis for 16 s. The axis conceals a leak past \
                 the piston of 0.15 mm², and a valve with a spool of 100 Hz, of which the firmware's \
                 rig file says nothing.";
-    let mut words = vec!["loop", "--qemu", "--rig", &plant, "--controller-rig", &known];
+    let mut words = vec![
+        "loop",
+        "--qemu",
+        "--rig",
+        &plant,
+        "--controller-rig",
+        &known,
+    ];
     let page = file("firmware.html");
     words.extend(["--seconds", FIRMWARE_SECONDS, "--out", &recording]);
     words.extend(["--report", &page]);
@@ -117,10 +124,7 @@ fn firmware_stages(folder: &Path, out: &mut dyn Write) -> Result<(), CommandErro
 
     let what = "The recording of the firmware: what does its rig file leave out? Learnt from the first \
                 half, judged by the second.";
-    let (train, held_out) = (
-        format!("{recording}@0..50"),
-        format!("{recording}@50..100"),
-    );
+    let (train, held_out) = (format!("{recording}@0..50"), format!("{recording}@50..100"));
     let mut words = vec!["diagnose", "--rig", &known, "--train", &train];
     let page = file("firmware-diagnosis.html");
     words.extend(["--held-out", &held_out, "--report", &page]);
@@ -213,7 +217,9 @@ fn comparison(truth: &Value, verdict: &Value) -> Vec<String> {
 }
 
 fn shown(value: &Value) -> String {
-    value.as_f64().map_or_else(|| "not stated".into(), |value| significant(value, DIGITS))
+    value
+        .as_f64()
+        .map_or_else(|| "not stated".into(), |value| significant(value, DIGITS))
 }
 
 /// A size with its standard deviation.

@@ -51,7 +51,9 @@ pub fn man(
     let page_of = match &arguments.command {
         None => program,
         Some(name) => program.find_subcommand(name).cloned().ok_or_else(|| {
-            bad_input(format!("{name}: no such command; `pneuma --help` lists them"))
+            bad_input(format!(
+                "{name}: no such command; `pneuma --help` lists them"
+            ))
         })?,
     };
     Ok(clap_mangen::Man::new(page_of).render(out)?)
