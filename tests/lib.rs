@@ -8,7 +8,11 @@ use model_core::valve::{FlowLaw, GasState};
 use std::path::{Path, PathBuf};
 
 /// A folder of recordings, if it is there: in `$PNEUMA_RECORDINGS`, else beside the workspace in
-/// `../shared/recordings`. Where it is missing it says so, and tests that need it pass.
+/// `../shared/recordings`. Where it is missing it says so, and tests that need it pass; in
+/// continuous integration (`CI` is set) they fail.
+///
+/// # Panics
+/// If the folder is missing in continuous integration.
 pub fn recordings(folder: &str) -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings");
     let root = std::env::var_os("PNEUMA_RECORDINGS").map_or(beside, PathBuf::from);
@@ -16,6 +20,12 @@ pub fn recordings(folder: &str) -> Option<PathBuf> {
     if folder.is_dir() {
         return Some(folder);
     }
+    let is_ci = std::env::var_os("CI").is_some();
+    assert!(
+        !is_ci,
+        "CI is set and there are no recordings at {}",
+        folder.display()
+    );
     println!("SKIPPED: no recordings at {}", folder.display());
     println!("SKIPPED: set PNEUMA_RECORDINGS to the folder that holds `real` and `practice`");
     None

@@ -3,13 +3,13 @@
 use std::io;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use host_sim::cli::{
     self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
     compare::CompareArguments, controller::ControllerArguments, demo::DemoArguments,
     diagnose::DiagnoseArguments, fit::FitArguments, init::InitArguments, inspect::InspectArguments,
-    record::RecordArguments, settings::SettingsArguments, simulate::SimulateArguments,
-    trial::TrialArguments,
+    record::RecordArguments, settings::SettingsArguments, shell_help::CompletionsArguments,
+    shell_help::ManArguments, simulate::SimulateArguments, trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -26,6 +26,7 @@ enum Command {
     Board(BoardArguments),
     Check(CheckArguments),
     Compare(CompareArguments),
+    Completions(CompletionsArguments),
     Controller(ControllerArguments),
     Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
@@ -33,6 +34,7 @@ enum Command {
     Init(InitArguments),
     Inspect(InspectArguments),
     Loop(LoopArguments),
+    Man(ManArguments),
     Record(RecordArguments),
     Settings(SettingsArguments),
     Simulate(SimulateArguments),
@@ -46,6 +48,9 @@ fn main() -> ExitCode {
         Command::Board(arguments) => cli::board::run(arguments, &mut out),
         Command::Check(arguments) => cli::check::run(arguments, &mut out),
         Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
+        Command::Completions(arguments) => {
+            cli::shell_help::completions(arguments, Cli::command(), &mut out)
+        }
         Command::Controller(arguments) => cli::controller::run(arguments, &mut out),
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
@@ -53,6 +58,7 @@ fn main() -> ExitCode {
         Command::Init(arguments) => cli::init::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
         Command::Loop(arguments) => cli::closed_loop::run(arguments, &mut out),
+        Command::Man(arguments) => cli::shell_help::man(arguments, Cli::command(), &mut out),
         Command::Record(arguments) => cli::record::run(arguments, &mut out),
         Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),

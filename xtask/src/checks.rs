@@ -1,8 +1,7 @@
 //! The steps of CI and their summary.
 
-use crate::shell::{self, Outcome, RECORDINGS, as_typed, cargo};
-use crate::{image, lint, setup, size};
-use std::path::PathBuf;
+use crate::shell::{self, Outcome, as_typed, cargo};
+use crate::{image, lint, setup, size, testing};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -49,7 +48,7 @@ pub fn ci() -> Outcome {
                 "warnings",
             ]),
         ),
-        Step::new("test", "cargo xtask test", run_tests),
+        Step::new("test", "cargo xtask test", || testing::run_tests(false)),
         Step::new("chip", "cargo xtask chip", chip),
         Step::of_command("doc", documentation()),
     ];
@@ -60,32 +59,6 @@ fn documentation() -> Command {
     let mut command = cargo(&["doc", "--workspace", "--no-deps"]);
     command.env("RUSTDOCFLAGS", "-D warnings");
     command
-}
-
-/// The task `test`. Works on what is there: only the tools of `ci` can be missing.
-pub fn test() -> Outcome {
-    setup::prepare();
-    run_tests()
-}
-
-fn run_tests() -> Outcome {
-    let mut command = cargo(&["test", "--workspace"]);
-    match find_recordings() {
-        Some(directory) => {
-            println!("RECORDINGS FOUND: {}", directory.display());
-            command.env(RECORDINGS, directory);
-        }
-        None => println!(
-            "RECORDINGS NOT FOUND: tests against recordings are SKIPPED (looked for ${RECORDINGS} \
-             and ../shared/recordings)"
-        ),
-    }
-    shell::run(&mut command)
-}
-
-fn find_recordings() -> Option<PathBuf> {
-    let folder = shell::recordings().canonicalize().ok();
-    folder.filter(|path| path.is_dir())
 }
 
 /// The task `chip`: the images for the microcontroller build, pass clippy, and

@@ -1,54 +1,61 @@
-//! The demonstration: the firmware in QEMU tracks a motion, its own recording is
-//! diagnosed, and then the gas spring.
+//! The demonstration: set-up, compiling, then `pneuma demo`. What will be done and how
+//! long it takes is said before it is begun.
 
 use crate::setup;
 use crate::shell::{self, Outcome, cargo};
-use std::fs;
+use crate::{image, qemu};
+use std::path::Path;
+use std::time::Instant;
 
 /// Where everything lands.
 const FOLDER: &str = "out/demo";
-/// Length of the firmware's recording, s: moves and the first sines. The model is
-/// taught by the first half and judged by the second.
-const SECONDS: &str = "16";
-const RIG: &str = "host-sim/rigs/paper.toml";
+const PLAN: &str = "\
+demo: the main job from end to end; everything lands in out/demo
+  1/4 set-up: find QEMU and the microcontroller's library, install what is missing
+  2/4 compile the program `pneuma` as a release: about four minutes on two free cores, once
+  3/4 compile the firmware for QEMU: about half a minute, once
+  4/4 the firmware in QEMU moves an axis that conceals a leak; its recording is diagnosed; then
+      the recordings of a sealed case are: about one minute";
+const STAGES: usize = 4;
 
 /// The task `demo`. The program prints the path of its report last.
 pub fn run() -> Outcome {
-    setup::prepare();
-    fs::create_dir_all(FOLDER).map_err(|error| format!("{FOLDER}: {error}"))?;
-    let recording = format!("{FOLDER}/firmware.csv");
-    let page = |name: &str| format!("{FOLDER}/{name}.html");
-
-    println!(
-        "\nThe firmware in QEMU moves the simulated axis; tick by tick, so this takes a while.\n"
-    );
-    let loop_page = page("firmware");
-    let motion = ["loop", "--qemu", "--rig", RIG, "--seconds", SECONDS];
-    pneuma(&[&motion[..], &["--out", &recording, "--report", &loop_page]].concat())?;
-
-    println!("\nIts own recording, asked what the rig file leaves out.\n");
-    let (train, held_out) = (format!("{recording}@0..8"), format!("{recording}@8..16"));
-    let diagnosis_page = page("firmware-diagnosis");
-    let question = [
-        "diagnose",
-        "--rig",
-        RIG,
-        "--train",
-        &train,
-        "--held-out",
-        &held_out,
-    ];
-    pneuma(&[&question[..], &["--report", &diagnosis_page]].concat())?;
-
-    println!("\nA gas spring that others measured.\n");
-    pneuma(&["demo", "--out", FOLDER])
+    println!("{PLAN}");
+    stage(1, "set-up", || {
+        setup::prepare();
+        Ok(())
+    })?;
+    stage(2, "compile pneuma", || {
+        let release = ["build", "--release", "-p", "host-sim", "--bin", "pneuma"];
+        shell::run(&mut cargo(&release))
+    })?;
+    let mut is_with_firmware = true;
+    stage(3, "compile the firmware", || {
+        let built = qemu::need_qemu().and_then(|()| image::build(image::MPS2));
+        if let Err(failure) = built {
+            println!("SKIPPED: the firmware in QEMU: {failure}");
+            is_with_firmware = false;
+        }
+        Ok(())
+    })?;
+    stage(4, "run and diagnose", || pneuma_demo(is_with_firmware))
 }
 
-fn pneuma(arguments: &[&str]) -> Outcome {
-    let mut run = vec!["run", "--release", "-p", "host-sim", "--bin", "pneuma"];
-    if !shell::is_watched() {
-        run.push("--quiet");
+fn stage(place: usize, name: &str, work: impl FnOnce() -> Outcome) -> Outcome {
+    println!("\n== {place}/{STAGES} {name}");
+    let begin = Instant::now();
+    work()?;
+    // After the last stage the report's path stays the last line.
+    if place < STAGES {
+        let duration = shell::in_words(begin.elapsed());
+        println!("== {place}/{STAGES} {name}: done in {duration}");
     }
-    run.push("--");
-    shell::run(&mut cargo(&[&run[..], arguments].concat()))
+    Ok(())
+}
+
+fn pneuma_demo(is_with_firmware: bool) -> Outcome {
+    let program = shell::target_directory().join("release/pneuma");
+    let mut words = vec!["demo", "--out", FOLDER];
+    words.extend(is_with_firmware.then_some("--qemu"));
+    shell::run(&mut shell::command(Path::new(&program), &words))
 }

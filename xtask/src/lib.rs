@@ -5,7 +5,8 @@
 //! - `apt`: packages of Debian's
 //! - `chip`: building `core` for the microcontroller, with or without rustup
 //! - `checks`: the steps of CI and their summary
-//! - `lint`: rules of this repository that no compiler knows
+//! - `testing`: the tests, and which of their programs took longest
+//! - `lint` and `features`: rules of this repository that no compiler knows
 //! - `bench` and `estimates`: benchmarks and their generated table
 //! - `control`: the controller's scores and their generated tables
 //! - `evidence`, `practice` and `trial`: the diagnoses of real recordings, of the practice axes and
@@ -28,6 +29,7 @@ mod demo;
 mod estimates;
 mod evidence;
 mod faults;
+mod features;
 mod generated;
 pub mod image;
 mod lint;
@@ -38,6 +40,7 @@ pub mod qemu;
 mod setup;
 pub mod shell;
 mod size;
+mod testing;
 mod thumb;
 mod trial;
 
@@ -47,7 +50,8 @@ const USAGE: &str = "\
 cargo xtask <task>
 
   setup                   find or install what the other tasks need; safe to repeat
-  test                    setup, then all tests of the workspace
+  test                    setup, then the tests of the workspace that ci runs
+       [--all]            the long ones too: all practice axes and recordings, every fault
   ci                      everything a change must pass, in order, with a summary
   demo                    setup, then the demonstration; its report lands in out/demo
   bench [--reference ID]  run the benchmarks, write docs/benchmarks.md
@@ -83,7 +87,7 @@ pub fn run(arguments: &[String]) -> Outcome {
             Ok(())
         }
         ("setup", []) => setup::run(),
-        ("test", []) => checks::test(),
+        ("test", options) => testing::run(options),
         ("ci", []) => checks::ci(),
         ("lint", []) => lint::run(),
         ("chip", []) => checks::chip(),

@@ -6,7 +6,9 @@
 //! - Only the board's part of the application may be unsafe: the compiler cannot tell, since what
 //!   the framework generates is unsafe too.
 //! - `model-core` is `no_std`: also when a host build would not notice.
+//! - Nothing is built twice for want of a feature ([`features`]).
 
+use crate::features;
 use crate::shell::{self, Outcome};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -43,6 +45,7 @@ pub fn run() -> Outcome {
     if !is_no_std(&read(&root.join("model-core/src/lib.rs"))?) {
         findings.push("model-core/src/lib.rs: `#![no_std]` is missing".to_owned());
     }
+    findings.extend(features::findings()?);
     if findings.is_empty() {
         println!("lint: {} files, nothing found", sources.len());
         return Ok(());

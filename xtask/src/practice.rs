@@ -193,9 +193,9 @@ pub fn recordings(folder: &Path, begin: &str) -> Result<Vec<PathBuf>, Failure> {
     Ok(all)
 }
 
-/// Diagnoses all axes and writes their table.
+/// Diagnoses all axes and writes their table; fails afterwards where a verdict is not the true one.
 pub fn run() -> Outcome {
-    let mut text = heading();
+    let (mut text, mut wrong) = (heading(), Vec::new());
     for folder in axes() {
         let axis = folder.file_name().unwrap_or_default().to_string_lossy();
         println!("practice axis {axis}");
@@ -203,8 +203,14 @@ pub fn run() -> Outcome {
         let (train, held_out) = (recordings(&folder, "train")?, recordings(&folder, "held")?);
         let verdict = diagnosed(&folder.join("rig.toml"), &train, &held_out)?;
         row(&mut text, &axis, &truth, &verdict);
+        let objections = truth.objections(&verdict);
+        wrong.extend(objections.iter().map(|one| format!("{axis}: {one}")));
     }
-    PART.write(crate::evidence::PAGE, &text)
+    PART.write(crate::evidence::PAGE, &text)?;
+    if wrong.is_empty() {
+        return Ok(());
+    }
+    Err(wrong.join("\n").into())
 }
 
 fn heading() -> String {

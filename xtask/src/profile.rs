@@ -6,7 +6,9 @@ use crate::image::{self, MPS2};
 use crate::plant::Plant;
 use crate::shell::{self, Outcome};
 use crate::size::{self, CONTROL, TASKS};
-use addr2line::Loader;
+use addr2line::gimli::{Dwarf, EndianSlice, LittleEndian, SectionId};
+use object::read::elf::ElfFile32;
+use object::{Endianness, Object, ObjectSection};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
@@ -19,6 +21,9 @@ const FIRST_TICK: u32 = 500;
 const SHOWN: usize = 25;
 /// What arithmetic itself is written in: its instructions belong to who uses it.
 const TRANSPARENT: [&str; 4] = ["core::", "<f32", "<u", "model_core::real::"];
+
+/// The debug information of an image.
+type DebugInformation<'a> = addr2line::Context<EndianSlice<'a, LittleEndian>>;
 
 /// Counts of instructions.
 #[derive(Debug, Default)]
@@ -42,7 +47,9 @@ pub fn run() -> Outcome {
     let profile = read(&log, &CallGraph::read(&bytes)?);
     // Large, and of no use any more; whether or not it could be read.
     drop(fs::remove_file(&log));
-    print!("{}", table(&profile?, &image)?);
+    let failure = |reason| format!("{}: {reason}", image.display());
+    let debug = debug_information(&bytes).map_err(failure)?;
+    print!("{}", table(&profile?, &debug));
     Ok(())
 }
 
@@ -89,12 +96,23 @@ fn address(line: &str) -> Option<u32> {
     u32::from_str_radix(line.split('/').nth(1)?, 16).ok()
 }
 
-fn table(profile: &Profile, image: &Path) -> Outcome<String> {
-    let failure = |error| format!("{}: {error}", image.display());
-    let loader = Loader::new(image).map_err(|error| failure(error.to_string()))?;
+fn debug_information(image: &[u8]) -> Result<DebugInformation<'_>, String> {
+    let file = ElfFile32::<Endianness>::parse(image).map_err(|error| error.to_string())?;
+    // A section that is missing is empty.
+    let section = |id: SectionId| {
+        let bytes = file
+            .section_by_name(id.name())
+            .and_then(|one| one.data().ok());
+        Ok(EndianSlice::new(bytes.unwrap_or_default(), LittleEndian))
+    };
+    let context = Dwarf::load(section).and_then(addr2line::Context::from_dwarf);
+    context.map_err(|error: addr2line::gimli::Error| error.to_string())
+}
+
+fn table(profile: &Profile, debug: &DebugInformation) -> String {
     let mut by_function: BTreeMap<String, u64> = BTreeMap::new();
     for (address, count) in &profile.counts {
-        *by_function.entry(function(&loader, *address)).or_default() += count;
+        *by_function.entry(function(debug, *address)).or_default() += count;
     }
     let mut rows: Vec<(String, u64)> = by_function.into_iter().collect();
     rows.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
@@ -107,13 +125,14 @@ fn table(profile: &Profile, image: &Path) -> Outcome<String> {
     for (name, count) in rows.iter().take(SHOWN) {
         text += &format!("| {} | `{name}` |\n", per_tick(*count));
     }
-    Ok(text)
+    text
 }
 
 /// The innermost function in the sources that is not arithmetic itself.
-fn function(loader: &Loader, address: u32) -> String {
+fn function(debug: &DebugInformation, address: u32) -> String {
     let unknown = || format!("{address:#x}");
-    let Ok(mut frames) = loader.find_frames(u64::from(address)) else {
+    let frames = debug.find_frames(u64::from(address));
+    let Ok(mut frames) = frames.skip_all_loads() else {
         return unknown();
     };
     let mut last = None;

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::CommandError;
-use super::inputs::{bad_input, check_outputs, read_recording, write_json};
+use super::inputs::{bad_input, read_recording};
+use super::outputs::{check_outputs, write_json};
 use crate::check::Check;
 use crate::rig::Rig;
 

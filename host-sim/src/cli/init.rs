@@ -8,7 +8,8 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::CommandError;
-use super::inputs::{bad_input, check_outputs, write_text};
+use super::inputs::bad_input;
+use super::outputs::{check_outputs, write_text};
 use crate::check::Check;
 use crate::init::{
     Columns, DataSheet, Guess, PositionSensor, SignalLine, TYPICAL_B, measured, nominal_flow_of,

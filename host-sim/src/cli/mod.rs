@@ -15,6 +15,7 @@ pub mod inspect;
 mod outputs;
 pub mod record;
 pub mod settings;
+pub mod shell_help;
 pub mod simulate;
 pub mod trial;
 

@@ -1,0 +1,164 @@
+//! The task `test`: the workspace's tests, and which of their programs took longest.
+//!
+//! Tests that take long are marked `#[ignore = "long: ..."]`. Continuous integration runs a
+//! short one of each kind; `cargo xtask test --all` runs them too.
+
+use crate::setup;
+use crate::shell::{self, Outcome, RECORDINGS, as_typed, cargo};
+use std::io::{self, BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::Command;
+
+/// How many of the slowest programs are shown.
+const SHOWN: usize = 8;
+
+/// The task. Works on what is there: only the tools of `ci` can be missing.
+pub fn run(options: &[String]) -> Outcome {
+    let is_all = match options {
+        [] => false,
+        [one] if one == "--all" => true,
+        _ => {
+            return Err(
+                format!("test: unknown option {}, expected --all", options.join(" ")).into(),
+            );
+        }
+    };
+    setup::prepare();
+    run_tests(is_all)
+}
+
+/// The tests without set-up; the long ones only if all are asked for.
+pub fn run_tests(is_all: bool) -> Outcome {
+    let mut command = cargo(&["test", "--workspace"]);
+    if is_all {
+        command.args(["--", "--include-ignored"]);
+    }
+    match find_recordings() {
+        Some(directory) => {
+            println!("RECORDINGS FOUND: {}", directory.display());
+            command.env(RECORDINGS, directory);
+        }
+        None => println!(
+            "RECORDINGS NOT FOUND: tests against recordings are SKIPPED (looked for ${RECORDINGS} \
+             and ../shared/recordings); where CI is set they fail"
+        ),
+    }
+    let mut durations = Durations::default();
+    let outcome = each_line(&mut command, |line| durations.read(line));
+    print!("{}", durations.slowest());
+    outcome
+}
+
+fn find_recordings() -> Option<PathBuf> {
+    let folder = shell::recordings().canonicalize().ok();
+    folder.filter(|path| path.is_dir())
+}
+
+/// Runs to the end; each line of both outputs is shown as it comes, and handed on. One pipe
+/// for both: which program the tests are of is on one, how long they took on the other.
+fn each_line(command: &mut Command, mut take: impl FnMut(&str)) -> Outcome {
+    let failure = |error: io::Error| format!("`{}` did not start: {error}", as_typed(command));
+    let (reader, writer) = io::pipe().map_err(failure)?;
+    let other = writer.try_clone().map_err(failure)?;
+    let mut child = command
+        .stdout(writer)
+        .stderr(other)
+        .spawn()
+        .map_err(|error| format!("`{}` did not start: {error}", as_typed(command)))?;
+    // The command holds the ends that are written to: with them open the pipe never ends.
+    command.stdout(io::stdout()).stderr(io::stderr());
+    for line in BufReader::new(reader).split(b'\n') {
+        let Ok(line) = line else { break };
+        let line = String::from_utf8_lossy(&line);
+        println!("{line}");
+        take(&line);
+    }
+    let typed = as_typed(command);
+    let status = child
+        .wait()
+        .map_err(|error| format!("`{typed}`: {error}"))?;
+    if status.success() {
+        return Ok(());
+    }
+    Err(format!("`{typed}` failed ({status})").into())
+}
+
+/// How long each program of tests ran, s.
+#[derive(Default)]
+struct Durations {
+    of: String,
+    all: Vec<(String, f64)>,
+}
+
+impl Durations {
+    /// `Running tests/faults.rs (target/debug/deps/faults-46596297be4f44d6)`, `Doc-tests
+    /// host_sim`; then `test result: ok. 9 passed; ...; finished in 12.34s`.
+    fn read(&mut self, line: &str) {
+        let line = line.trim();
+        if let Some(name) = line.strip_prefix("Running ") {
+            let program = name.rsplit(['/', '(']).next().unwrap_or(name);
+            let program = program.trim_end_matches(')');
+            self.of = program
+                .rsplit_once('-')
+                .map_or(program, |(name, _)| name)
+                .to_owned();
+        } else if line.starts_with("Doc-tests ") {
+            self.of = line.to_owned();
+        } else if line.starts_with("test result: ") {
+            let seconds = line.rsplit_once("finished in ").map(|(_, time)| time);
+            let seconds = seconds.and_then(|time| time.trim_end_matches('s').parse().ok());
+            self.all
+                .extend(seconds.map(|seconds| (self.of.clone(), seconds)));
+        }
+    }
+
+    /// The slowest of them, as a list for people.
+    fn slowest(mut self) -> String {
+        self.all.sort_by(|one, other| other.1.total_cmp(&one.1));
+        let mut text = format!("\n{} programs of tests; the slowest:\n", self.all.len());
+        for (name, seconds) in self.all.iter().take(SHOWN) {
+            text += &format!("  {name:24} {seconds:8.1} s\n");
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_the_slowest_programs_are_listed_by_name() {
+        let mut durations = Durations::default();
+        for line in [
+            "     Running unittests src/lib.rs (target/debug/deps/host_sim-4e38b4f21b2afbe9)",
+            "test a ... ok",
+            "test result: ok. 240 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 6.85s",
+            "     Running tests/board_orders.rs (target/debug/deps/board_orders-46596297be4f44d6)",
+            "test result: ok. 9 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 71.20s",
+            "   Doc-tests model_core",
+            "test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.10s",
+        ] {
+            durations.read(line);
+        }
+        let text = durations.slowest();
+        let names: Vec<&str> = text
+            .lines()
+            .skip(2)
+            .filter_map(|line| line.split_whitespace().next())
+            .collect();
+        assert_eq!(names, ["board_orders", "host_sim", "Doc-tests"], "{text}");
+    }
+
+    #[test]
+    fn prop_both_outputs_are_read_and_a_failure_is_one() {
+        let mut lines = Vec::new();
+        let both = "echo one; echo two >&2; exit 3";
+        let failure = each_line(Command::new("sh").args(["-c", both]), |line| {
+            lines.push(line.to_owned());
+        });
+        assert_eq!(lines, ["one", "two"]);
+        let failure = failure.unwrap_err().to_string();
+        assert!(failure.contains("exit status: 3"), "{failure}");
+    }
+}
