@@ -9,7 +9,7 @@ use super::CommandError;
 use super::inputs::{write_page, write_with};
 use crate::report::{Provenance, number};
 use crate::scenario::Scenario;
-use crate::simulate::{Simulation, page, recorded, simulate};
+use crate::simulate::{IntegrationError, Simulation, integration_error, page, recorded, simulate};
 use crate::text::file_name;
 
 /// Simulate an axis: rig and command in, recording out.
@@ -33,20 +33,22 @@ pub fn run(arguments: &SimulateArguments, out: &mut dyn Write) -> Result<(), Com
     let bad_input = |error: &dyn ToString| CommandError::BadInput(error.to_string());
     let scenario = Scenario::read(&arguments.scenario).map_err(|error| bad_input(&error))?;
     let simulation = simulate(&scenario).map_err(|error| bad_input(&error))?;
+    let error = integration_error(&scenario, &simulation).map_err(|error| bad_input(&error))?;
     let table = recorded(&scenario, &simulation).map_err(|error| bad_input(&error))?;
     write_with(&arguments.out, |out| table.write(out))?;
     if let Some(path) = &arguments.report {
-        let mut page = page(&scenario, &simulation);
+        let mut page = page(&scenario, &simulation, &error);
         page.provenance(provenance(arguments, &scenario));
         write_page(path, &page)?;
     }
-    summarise(arguments, &simulation, out)?;
+    summarise(arguments, &simulation, &error, out)?;
     Ok(())
 }
 
 fn summarise(
     arguments: &SimulateArguments,
     simulation: &Simulation,
+    error: &IntegrationError,
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     let figures = simulation.key_figures();
@@ -64,6 +66,12 @@ fn summarise(
         number::fixed(1e3 * figures.travel_m, 1),
         number::fixed(figures.lowest_temperature_k.0, 1),
         figures.coldest.letter(),
+    )?;
+    writeln!(
+        out,
+        "  integration error about {} um in position and {} Pa in the chamber pressures (by a run at half the step)",
+        number::significant(1e6 * error.position_m, 2),
+        number::significant(error.pressure_pa, 2),
     )?;
     if let Some(note) = simulation.note() {
         writeln!(out, "  note: {note}")?;

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{ChamberModel, FeedsAWhen, PositionZero, Rig, UnknownKey, Valve};
+use super::{ChamberModel, Exhausts, FeedsAWhen, PositionZero, Rig, UnknownKey, Valve};
 
 /// The sections whose keys are numbers, choices or tables, in writing order.
 pub(super) const SECTIONS: &[&str] = &[
@@ -92,6 +92,7 @@ const BORE: Limits = positive(2.0, "metres above 0 and at most 2 (is this mm?)")
 const PISTON_AREA: Limits = positive(3.0, "m2 above 0 and at most 3 (is this cm2 or mm2?)");
 const DEAD_VOLUME: Limits = limits(0.0, 0.5, "m3 from 0 to 0.5 (is this litres or cm3?)");
 const VESSEL_VOLUME: Limits = positive(1000.0, "m3 above 0 and at most 1000");
+const VESSEL_SURFACE: Limits = positive(1000.0, "m2 above 0 and at most 1000 (is this cm2?)");
 const STEM: Limits = limits(-1.0, 2.0, "a fraction, 0 shut to 1 open (is this %?)");
 const TIME_CONSTANT: Limits = limits(0.0, 3600.0, "seconds from 0 to 3600");
 const HEAT_TRANSFER: Limits = limits(0.0, 1e5, "W/(m2 K) from 0 to 100000");
@@ -168,6 +169,7 @@ pub(super) static NUMBERS: &[NumberKey] = &[
     number!("cylinder.dead_volume_a_m3", cylinder.dead_volume_a_m3?, DEAD_VOLUME),
     number!("cylinder.dead_volume_b_m3", cylinder.dead_volume_b_m3?, DEAD_VOLUME),
     number!("vessel.volume_m3", vessel.volume_m3, VESSEL_VOLUME),
+    number!("vessel.surface_m2", vessel.surface_m2?, VESSEL_SURFACE),
     number!("actuator.stem_at_zero_command", actuator.stem_at_zero_command, STEM),
     number!("actuator.stem_at_full_command", actuator.stem_at_full_command, STEM),
     number!("actuator.time_constant_s", actuator.time_constant_s, TIME_CONSTANT),
@@ -176,6 +178,7 @@ pub(super) static NUMBERS: &[NumberKey] = &[
     number!("chambers.expansion_index", chambers.expansion_index?, INDEX),
     number!("chambers.compression_index", chambers.compression_index?, INDEX),
     number!("chambers.polytropic_index", chambers.polytropic_index?, INDEX),
+    number!("chambers.reference_pressure_Pa", chambers.reference_pressure_pa?, PRESSURE),
     number!("carriage.mass_kg", carriage.mass_kg, MASS),
     number!("carriage.external_force_N", carriage.external_force_n = 0, FORCE),
     number!("friction.bristle_stiffness_N_m", friction.bristle_stiffness_n_m?, STIFFNESS),
@@ -199,6 +202,7 @@ pub(super) struct ChoiceKey {
 }
 
 const FEEDS: [FeedsAWhen; 2] = [FeedsAWhen::AboveNull, FeedsAWhen::BelowNull];
+const EXHAUSTS: [Exhausts; 2] = [Exhausts::One, Exhausts::Two];
 const ZEROS: [PositionZero; 2] = [PositionZero::MidStroke, PositionZero::EndA];
 const MODELS: [ChamberModel; 3] = [
     ChamberModel::EnergyBalance,
@@ -219,6 +223,17 @@ pub(super) static CHOICES: &[ChoiceKey] = &[
         set: |rig, word| {
             if let Some(valve) = &mut rig.valve {
                 valve.feeds_a_when = FEEDS[word];
+            }
+        },
+    },
+    ChoiceKey {
+        name: "valve.exhausts",
+        words: &["one", "two"],
+        required: false,
+        get: |rig| place(&EXHAUSTS, &rig.valve.as_ref()?.exhausts?),
+        set: |rig, word| {
+            if let Some(valve) = &mut rig.valve {
+                valve.exhausts = Some(EXHAUSTS[word]);
             }
         },
     },
