@@ -283,6 +283,29 @@ fn val_a_stiff_coupling_is_a_rigid_mass() {
     assert!(apart.abs() < 1e-4, "{apart} m apart");
 }
 
+/// Mass and velocity have the middle rule, which a stiff bristle could make ring.
+#[test]
+fn prop_a_carriage_that_sticks_is_at_rest_after_20_steps() {
+    let levels = paper::friction_levels::<f32>();
+    for mass_kg in [0.3_f32, 1.0, 3.0, 30.0] {
+        let mut carriage = carriage::<f32>(None);
+        carriage.mass_kg = mass_kg;
+        // It comes to rest out of 1 mm/s, held by 10 N of a drive below stiction.
+        let mut state = CarriageState::new(0.0, 1e-3);
+        for _ in 0..2000 {
+            carriage.step(&mut state, &levels, 10.0, 1e-3);
+        }
+        state.velocity_m_per_s += 1e-3;
+        let from_m = state.position_m.value;
+        for _ in 0..20 {
+            carriage.step(&mut state, &levels, 10.0, 1e-3);
+        }
+        let (v, way_m) = (state.velocity_m_per_s, state.position_m.value - from_m);
+        assert!(v.abs() < 3e-5, "{mass_kg} kg: {v} m/s");
+        assert!(way_m.abs() < 1e-5, "{mass_kg} kg: {way_m} m");
+    }
+}
+
 #[test]
 fn val_steps_converge_with_every_effect() {
     let all = with(everything);

@@ -8,6 +8,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Where the table goes.
 const TABLE: &str = "docs/benchmarks.md";
+/// Heading of the section that `tests/baselines/work_precision/run.py` writes at its end.
+const WORK_AGAINST_PRECISION: &str = "## Work against precision";
 const SECONDS_PER_DAY: u64 = 86_400;
 
 /// What was asked for.
@@ -36,6 +38,7 @@ pub fn run(options: &[String]) -> Outcome {
     let reference = find_reference(&rows, request.reference.as_deref())?;
     let text = document(&table(&rows, reference), &Conditions::here());
     let path = shell::root().join(TABLE);
+    let text = text + &other_section(&fs::read_to_string(&path).unwrap_or_default());
     write(&path, &text)?;
     print!("{text}");
     println!("written: {TABLE}");
@@ -58,6 +61,12 @@ fn parse_request(options: &[String]) -> Outcome<Request> {
         }
     }
     Ok(request)
+}
+
+/// The section of the page that another program writes, with a blank line before it.
+fn other_section(page: &str) -> String {
+    let begin = page.find(WORK_AGAINST_PRECISION);
+    begin.map_or_else(String::new, |begin| format!("\n{}", &page[begin..]))
 }
 
 fn write(path: &Path, text: &str) -> Outcome {
@@ -284,6 +293,14 @@ mod tests {
         assert_eq!(find_reference(&rows, Some("b")).unwrap().name, "b");
         let message = find_reference(&rows, Some("c")).unwrap_err().to_string();
         assert_eq!(message, "no benchmark c; there are: a, b");
+    }
+
+    #[test]
+    fn the_other_programs_section_is_kept() {
+        assert_eq!(other_section("# Benchmarks\n\n| table |\n"), "");
+        let section = "## Work against precision\n\n| to |\n";
+        let page = format!("# Benchmarks\n\n| table |\n\n{section}");
+        assert_eq!(other_section(&page), format!("\n{section}"));
     }
 
     #[test]

@@ -33,11 +33,11 @@ pub fn run(arguments: &SimulateArguments, out: &mut dyn Write) -> Result<(), Com
     let bad_input = |error: &dyn ToString| CommandError::BadInput(error.to_string());
     let scenario = Scenario::read(&arguments.scenario).map_err(|error| bad_input(&error))?;
     let simulation = simulate(&scenario).map_err(|error| bad_input(&error))?;
-    let error = integration_error(&scenario, &simulation).map_err(|error| bad_input(&error))?;
+    let error = integration_error(&scenario, &simulation).map_err(|error| error.to_string());
     let table = recorded(&scenario, &simulation).map_err(|error| bad_input(&error))?;
     write_with(&arguments.out, |out| table.write(out))?;
     if let Some(path) = &arguments.report {
-        let mut page = page(&scenario, &simulation, &error);
+        let mut page = page(&scenario, &simulation, error.as_ref().ok());
         page.provenance(provenance(arguments, &scenario));
         write_page(path, &page)?;
     }
@@ -48,7 +48,7 @@ pub fn run(arguments: &SimulateArguments, out: &mut dyn Write) -> Result<(), Com
 fn summarise(
     arguments: &SimulateArguments,
     simulation: &Simulation,
-    error: &IntegrationError,
+    error: &Result<IntegrationError, String>,
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     let figures = simulation.key_figures();
@@ -67,12 +67,18 @@ fn summarise(
         number::fixed(figures.lowest_temperature_k.0, 1),
         figures.coldest.letter(),
     )?;
-    writeln!(
-        out,
-        "  integration error about {} um in position and {} Pa in the chamber pressures (by a run at half the step)",
-        number::significant(1e6 * error.position_m, 2),
-        number::significant(error.pressure_pa, 2),
-    )?;
+    match error {
+        Ok(error) => writeln!(
+            out,
+            "  integration error about {} um in position and {} Pa in chamber pressure (by a run at half the step)",
+            number::significant(1e6 * error.position_m, 2),
+            number::significant(error.pressure_pa, 2),
+        )?,
+        Err(reason) => writeln!(
+            out,
+            "  integration error not estimated: at half the step, {reason}"
+        )?,
+    }
     if let Some(note) = simulation.note() {
         writeln!(out, "  note: {note}")?;
     }

@@ -14,7 +14,11 @@ const COMMAND_HEIGHT_PX: u32 = 100;
 const PANEL_HEIGHT_PX: u32 = 170;
 
 /// The page of a simulation; the caller adds how it was made.
-pub fn page(scenario: &Scenario, simulation: &Simulation, error: &IntegrationError) -> Page {
+pub fn page(
+    scenario: &Scenario,
+    simulation: &Simulation,
+    error: Option<&IntegrationError>,
+) -> Page {
     let mut page = Page::new(title(scenario));
     page.lead(lead(scenario, simulation));
     tiles(&mut page, scenario, simulation, error);
@@ -50,7 +54,12 @@ fn lead(scenario: &Scenario, simulation: &Simulation) -> String {
     )
 }
 
-fn tiles(page: &mut Page, scenario: &Scenario, simulation: &Simulation, error: &IntegrationError) {
+fn tiles(
+    page: &mut Page,
+    scenario: &Scenario,
+    simulation: &Simulation,
+    error: Option<&IntegrationError>,
+) {
     let figures = simulation.key_figures();
     let (speed_m_s, speed_at_s) = figures.peak_speed_m_s;
     let (lowest_k, lowest_at_s) = figures.lowest_temperature_k;
@@ -88,16 +97,18 @@ fn tiles(page: &mut Page, scenario: &Scenario, simulation: &Simulation, error: &
         "s",
         format!("of {} s", scenario.duration_s),
     );
-    page.tile(
-        "integration error",
-        number::significant(UM_PER_M * error.position_m, 2),
-        "µm",
-        format!(
-            "and {} Pa, by a run at half the step of {} s",
-            number::significant(error.pressure_pa, 2),
-            scenario.step_s()
-        ),
-    );
+    if let Some(error) = error {
+        page.tile(
+            "integration error",
+            number::significant(UM_PER_M * error.position_m, 2),
+            "µm",
+            format!(
+                "and {} Pa, by a run at half the step of {} s",
+                number::significant(error.pressure_pa, 2),
+                scenario.step_s()
+            ),
+        );
+    }
 }
 
 /// The signals, one below the other.
