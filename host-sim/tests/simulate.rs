@@ -115,7 +115,7 @@ fn regress_the_step_of_figure_14_from_the_middle_of_the_stroke() {
     let figures = simulation.key_figures();
     assert!((0.20..0.25).contains(&figures.travel_m), "{figures:?}");
     assert!(
-        (0.70..0.80).contains(&figures.peak_speed_m_s.0),
+        (0.75..0.85).contains(&figures.peak_speed_m_s.0),
         "{figures:?}"
     );
     assert!((275.0..279.0).contains(&figures.lowest_temperature_k.0));
@@ -233,7 +233,7 @@ fn val_closed_chambers_are_the_adiabatic_air_spring() {
 }
 
 #[test]
-fn prop_half_the_step_is_half_the_error() {
+fn prop_half_the_step_is_a_quarter_of_the_error() {
     let end = |step_s: &str| {
         let text = STEP.replace("[command]", &format!("step_s = {step_s}\n[command]"));
         simulate(&parse(&text))
@@ -245,8 +245,8 @@ fn prop_half_the_step_is_half_the_error() {
     };
     let reference = end("0.00001");
     let (coarse, fine) = (end("0.001") - reference, end("0.0005") - reference);
-    assert!((1.8..2.3).contains(&(coarse / fine)), "{coarse} and {fine}");
-    assert!(coarse.abs() < 2e-4, "{coarse}");
+    assert!((3.3..5.0).contains(&(coarse / fine)), "{coarse} and {fine}");
+    assert!(coarse.abs() < 6e-6, "{coarse}");
 }
 
 // recordings

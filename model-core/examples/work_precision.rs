@@ -33,7 +33,11 @@ fn run(scenario: Scenario, rows: usize, steps_per_ms: u32) -> Vec<f64> {
         dt_s: 1e-3 / f64::from(steps_per_ms),
         ..paper::axis::<f64>()
     };
-    let start_m = if scenario == Scenario::Step { 0.18 } else { -0.05 };
+    let start_m = if scenario == Scenario::Step {
+        0.18
+    } else {
+        -0.05
+    };
     let kelvin = paper::AMBIENT_TEMPERATURE_K;
     let mut state = AxisState::at_rest(start_m, START_PA, START_PA, kelvin, paper::NULL_V);
     let mut positions_m = Vec::with_capacity(rows);

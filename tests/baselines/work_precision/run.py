@@ -1,7 +1,7 @@
 """Work against precision: the axis' step beside CVODE with a right-hand side in C.
 
     apt-get install libsundials-dev
-    python3 tests/baselines/work_precision/run.py [--sundials PREFIX]
+    python3 tests/baselines/work_precision/run.py [--sundials PREFIX] [--step PROGRAM]
 
 builds both programs, runs them in turn and writes the last section of docs/benchmarks.md.
 """
@@ -27,16 +27,20 @@ ACCURACIES_M = [100e-6, 10e-6, 5e-6, 2e-6, 1e-6, 1e-7, 1e-8]
 ROUNDS = 3
 
 
-def build(prefix, folder):
+def build_cvode(prefix, folder):
     program = folder / "cvode"
     library = f"{prefix}/lib/x86_64-linux-gnu"
     flags = ["-O3", "-march=x86-64-v3", f"-I{prefix}/include", f"-I{library}/openmpi/include", f"-L{library}"]
     links = [f"-l:libsundials_{name}.a" for name in LIBRARIES] + ["-lm"]
     subprocess.run(["gcc", *flags, "-o", program, HERE / "cvode.c", *links], check=True)
+    return program
+
+
+def build_step():
     command = ["cargo", "build", "--release", "-p", "model-core", "--example", "work_precision"]
     subprocess.run(command, check=True, cwd=ROOT)
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-    return program, target / "release" / "examples" / "work_precision"
+    return target / "release" / "examples" / "work_precision"
 
 
 def rows(program, scenario, reference):
@@ -83,7 +87,8 @@ def processor():
 def main():
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--sundials", default="/usr", help="where SUNDIALS is installed")
-    prefix = options.parse_args().sundials
+    options.add_argument("--step", help="the example work_precision of model-core, if it is built already")
+    options = options.parse_args()
     lines = [
         HEADING,
         "",
@@ -100,7 +105,8 @@ def main():
     ]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        solver, step = build(prefix, folder)
+        solver = build_cvode(options.sundials, folder)
+        step = options.step or build_step()
         for scenario, title in SCENARIOS.items():
             reference = folder / scenario
             theirs = rows(solver, scenario, reference)
