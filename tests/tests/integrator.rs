@@ -193,11 +193,11 @@ fn val_axis_is_of_second_order_from_jumps_to_the_end_of_the_stroke() {
         let command_v = |ms| 5.0 + 0.9 * (TAU * 1e-3 * f64::from(ms)).sin();
         axis_positions_m(&axis, -0.05, 1000, command_v, steps)
     });
-    assert_second_order("reversals by jumps of 2 V", 2e-5, |steps| {
+    assert_second_order("reversals by jumps of 2 V", 5e-5, |steps| {
         let command_v = |ms| if ms / 90 % 2 == 0 { 6.0 } else { 4.0 };
         axis_positions_m(&axis, 0.0, 700, command_v, steps)
     });
-    assert_second_order("into a buffer and back", 4e-5, |steps| {
+    assert_second_order("into a buffer and back", 1e-4, |steps| {
         let command_v = |ms| if ms < 300 { 6.2 } else { 4.0 };
         axis_positions_m(&at_the_end, 0.0, 500, command_v, steps)
     });
