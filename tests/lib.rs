@@ -63,42 +63,39 @@ pub fn plain_step<R: Real>(
     state: &mut PlainState<R>,
     inputs: &AxisInputs<R>,
 ) -> [R; 2] {
-    let from_m = state.carriage.position_m.value;
-    let drive_n = axis
-        .carriage
-        .drive_n(state.a.pressure_pa.value, state.b.pressure_pa.value);
-    axis.carriage
-        .step(&mut state.carriage, &axis.friction, drive_n, axis.dt_s);
-    let way_m = (from_m, state.carriage.position_m.value);
     let supply = GasState {
         pressure_pa: inputs.supply_pressure_pa,
         temperature_k: axis.supply_temperature_k,
     };
     let areas = axis.valve.areas(inputs.command_v);
     let pneumatics = &axis.pneumatics;
-    let chamber_step =
-        |chamber: &Chamber<R>, state: &mut ChamberState<R>, supply_m2, exhaust_m2| {
-            let stroke = chamber.stroke(way_m.0, way_m.1);
-            let flow = |gas| {
-                let ends = (supply, pneumatics.ambient);
-                port_flow(&pneumatics.law, (supply_m2, exhaust_m2), ends, gas)
-            };
-            chamber.step(state, &stroke, flow, axis.dt_s)
-        };
-    [
-        chamber_step(
-            &pneumatics.chamber_a,
-            &mut state.a,
-            areas.supply_a_m2,
-            areas.exhaust_a_m2,
-        ),
-        chamber_step(
-            &pneumatics.chamber_b,
-            &mut state.b,
-            areas.supply_b_m2,
-            areas.exhaust_b_m2,
-        ),
-    ]
+    let ends = (supply, pneumatics.ambient);
+    let flow_a = |gas| {
+        let paths = (areas.supply_a_m2, areas.exhaust_a_m2);
+        port_flow(&pneumatics.law, paths, ends, gas)
+    };
+    let flow_b = |gas| {
+        let paths = (areas.supply_b_m2, areas.exhaust_b_m2);
+        port_flow(&pneumatics.law, paths, ends, gas)
+    };
+    let (chamber_a, chamber_b) = (&pneumatics.chamber_a, &pneumatics.chamber_b);
+    let from_m = state.carriage.position_m.value;
+    let ahead_m = from_m + axis.dt_s * R::from_f64(0.5) * state.carriage.velocity_m_per_s;
+    let half_a = chamber_a.stroke(from_m, ahead_m);
+    let middle_a = chamber_a.predict(&mut state.a, &half_a, flow_a, axis.dt_s);
+    let half_b = chamber_b.stroke(from_m, ahead_m);
+    let middle_b = chamber_b.predict(&mut state.b, &half_b, flow_b, axis.dt_s);
+    let drive_n = axis
+        .carriage
+        .drive_n(middle_a.pressure_pa, middle_b.pressure_pa);
+    axis.carriage
+        .step(&mut state.carriage, &axis.friction, drive_n, axis.dt_s);
+    let to_m = state.carriage.position_m.value;
+    let whole_a = chamber_a.stroke(from_m, to_m);
+    let passed_a = chamber_a.complete(&mut state.a, middle_a, &whole_a, flow_a, axis.dt_s);
+    let whole_b = chamber_b.stroke(from_m, to_m);
+    let passed_b = chamber_b.complete(&mut state.b, middle_b, &whole_b, flow_b, axis.dt_s);
+    [passed_a.mass_kg_per_s, passed_b.mass_kg_per_s]
 }
 
 /// Flow into a gas from the supply, less that to the exhaust.

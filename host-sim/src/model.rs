@@ -5,7 +5,7 @@
 //! the rig's own, some of them replaced by those a fit is trying.
 
 use crate::effects;
-use crate::rig::{ChamberModel, FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA};
+use crate::rig::{ChamberModel, Exhausts, FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA};
 use crate::units::STANDARD_GRAVITY_M_S2;
 use model_core::axis::{Axis, CommandPath, Pneumatics};
 use model_core::carriage::Carriage;
@@ -335,7 +335,8 @@ impl<R: Real> Values<'_, R> {
     /// Geometry of a chamber, where the rig says enough of it.
     pub fn geometry(&self, side: Side) -> Option<ChamberGeometry<R>> {
         if let Some(vessel) = self.rig.vessel.as_ref() {
-            return (side == Side::A).then(|| vessel_geometry(vessel.volume_m3));
+            let surface_m2 = self.get_or("vessel.surface_m2", 0.0);
+            return (side == Side::A).then(|| vessel_geometry(vessel.volume_m3, surface_m2));
         }
         let cylinder = self.rig.cylinder.as_ref()?;
         let stroke = self.get("cylinder.stroke_m")?;
@@ -371,9 +372,12 @@ impl<R: Real> Values<'_, R> {
                 expansion_index: self.get_or("chambers.expansion_index", paper::EXPANSION_INDEX),
                 compression_index: self
                     .get_or("chambers.compression_index", paper::COMPRESSION_INDEX),
-                // As printed in the paper; its drift at rest is explained in
-                // `model_core::chamber`.
-                reference_pressure_pa: self.get_or("supply.pressure_Pa", paper::SUPPLY_PRESSURE_PA),
+                // The supply's is as printed in the paper; its drift at rest is explained
+                // in `model_core::chamber`.
+                reference_pressure_pa: self
+                    .get("chambers.reference_pressure_Pa")
+                    .or_else(|| self.get("supply.pressure_Pa"))
+                    .unwrap_or_else(|| R::from_f64(paper::SUPPLY_PRESSURE_PA)),
             },
         }
     }
@@ -429,6 +433,11 @@ impl<R: Real> Values<'_, R> {
                 silencer_area_m2: self.effect("exhaust-back-pressure", "silencer_area_m2", 0.0),
                 volume_m3: self.effect("exhaust-back-pressure", "volume_m3", 2e-5),
             },
+            separate_exhausts: self
+                .rig
+                .valve
+                .as_ref()
+                .is_some_and(|valve| valve.exhausts == Some(Exhausts::Two)),
             cushion: EndCushion {
                 length_m: self.effect("end-cushion", "length_m", 0.0),
                 needle_area_m2: self.effect("end-cushion", "needle_area_m2", 1e-6),
@@ -685,13 +694,14 @@ fn table_fault(fault: TableFault) -> AxisFault {
     }
 }
 
-fn vessel_geometry<R: Real>(volume_m3: f64) -> ChamberGeometry<R> {
+/// A vessel: all of its volume is dead, its wall that of a tube of 1 m without ends.
+fn vessel_geometry<R: Real>(volume_m3: f64, surface_m2: R) -> ChamberGeometry<R> {
     ChamberGeometry {
         area_m2: R::ZERO,
         dead_volume_m3: R::from_f64(volume_m3),
-        length_at_zero_m: R::ZERO,
+        length_at_zero_m: R::ONE,
         length_per_position: R::ZERO,
-        bore_m: R::ZERO,
+        bore_m: surface_m2 * R::from_f64(1.0 / std::f64::consts::PI),
     }
 }
 

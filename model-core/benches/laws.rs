@@ -5,6 +5,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use model_core::axis::{Axis, AxisInputs, AxisState, ValveDrive};
 use model_core::chamber::{ChamberFlow, ChamberState};
+use model_core::friction::Acting;
 use model_core::paper;
 use model_core::real::{Dual, Real};
 use model_core::valve::GasState;
@@ -57,12 +58,15 @@ fn bench_friction<R: Real>(criterion: &mut Criterion, name: &str) {
     let (drive_n, dt_s) = (R::from_f64(30.0), R::from_f64(1e-3));
     criterion.bench_function(name, |bencher| {
         bencher.iter(|| {
+            let acting = |_, _| Acting {
+                levels: axis.friction,
+                drive_n,
+            };
             axis.carriage.bristle.step_with_mass(
-                &axis.friction,
+                acting,
                 axis.carriage.mass_kg,
                 black_box(velocity),
                 black_box(deflection),
-                drive_n,
                 dt_s,
             )
         });

@@ -1,7 +1,11 @@
 //! The axis: command path, valve, chambers and carriage together.
 //!
-//! One step: the command passes delay, slew limit and spool; the carriage moves
-//! under the present pressures; the chambers follow its way through the step.
+//! One step: the command passes delay, slew limit and spool; the chambers are predicted
+//! to the middle of the step with the carriage going on as it does; the carriage moves
+//! under the pressures of there; the chambers follow its way through the whole step.
+//! Second order, from the present state alone: a command that jumps needs no step to
+//! be believed. Between chambers and carriage that is drift, kick and drift, which keeps
+//! the energy of an air spring.
 //! [`Pneumatics`] and [`CommandPath`] are also driven alone, by recorded
 //! position and command: that cut is what makes a mismatch locatable.
 
@@ -11,7 +15,7 @@ use crate::left_out::{
     DelayLine, FrictionTerms, SlewLimit, SpoolDynamics, SpoolState, SpoolTransition, ValveDelay,
     ValveHysteresis,
 };
-pub use crate::pneumatics::{PneumaticState, Pneumatics, ValveDrive};
+pub use crate::pneumatics::{Piston, PneumaticState, Pneumatics, ValveDrive};
 use crate::real::Real;
 use crate::valve::{GasState, Valve};
 
@@ -196,12 +200,6 @@ impl<R: Real> Axis<R> {
     #[inline]
     pub fn step(&self, state: &mut AxisState<R>, inputs: &AxisInputs<R>) {
         let spool_v = self.command_path.step(&mut state.command, inputs.command_v);
-        let from_m = state.carriage.position_m.value;
-        let (a, b) = (
-            state.pneumatics.a.pressure_pa.value,
-            state.pneumatics.b.pressure_pa.value,
-        );
-        self.step_carriage(&mut state.carriage, a, b);
         let drive = ValveDrive {
             areas: self.valve.areas(spool_v),
             supply: GasState {
@@ -209,17 +207,24 @@ impl<R: Real> Axis<R> {
                 temperature_k: self.supply_temperature_k,
             },
         };
-        let to_m = state.carriage.position_m.value;
-        self.pneumatics.step_behind_regulator(
+        let carriage = &mut state.carriage;
+        let piston = Piston {
+            from_m: carriage.position_m.value,
+            middle_m: carriage.ahead_m(self.dt_s),
+            end_m: |pressure_a_pa, pressure_b_pa| {
+                self.step_carriage(carriage, pressure_a_pa, pressure_b_pa);
+                carriage.position_m.value
+            },
+        };
+        self.pneumatics.step_driven_behind_regulator(
             &mut state.pneumatics,
             &drive,
-            from_m,
-            to_m,
+            piston,
             self.dt_s,
         );
     }
 
-    /// The carriage alone, under given pressures.
+    /// The carriage alone, under given pressures: those of the middle of the step.
     #[inline]
     pub fn step_carriage(&self, state: &mut CarriageState<R>, pressure_a_pa: R, pressure_b_pa: R) {
         let ambient = self.carriage.ambient_pressure_pa;

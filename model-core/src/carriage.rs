@@ -4,11 +4,12 @@
 //! M x'' = pa Aa - pb Ab - p0 (Aa - Ab) - Ff - FL
 //! ```
 //!
-//! Rodless, Aa = Ab: the ambient term vanishes. FL acts against +x. Semi-implicit:
-//! the new velocity moves the position, so that the energy of the air spring
+//! Rodless, Aa = Ab: the ambient term vanishes. FL acts against +x. The velocity in the
+//! middle of the step moves the position ([`crate::friction`]): second order, and under
+//! the force of the predicted middle ([`crate::axis`]) the energy of the air spring
 //! neither grows nor decays by the scheme.
 
-use crate::friction::{Bristle, FrictionLevels, FrictionStep};
+use crate::friction::{Acting, Bristle, FrictionLevels, FrictionStep};
 use crate::left_out::{CarriageEffects, LoadCoupling, LoadState, Reaction};
 use crate::math::Compensated;
 use crate::real::Real;
@@ -62,6 +63,12 @@ impl<R: Real> CarriageState<R> {
             load: LoadState::RIGID,
         }
     }
+
+    /// Where the middle of a step of `dt_s` is if the velocity stays, m.
+    #[inline]
+    pub fn ahead_m(&self, dt_s: R) -> R {
+        self.position_m.value + dt_s * R::from_f64(0.5) * self.velocity_m_per_s
+    }
 }
 
 impl<R: Real> Carriage<R> {
@@ -82,7 +89,7 @@ impl<R: Real> Carriage<R> {
         }
     }
 
-    /// One step under a drive force (see [`Self::drive_n`]).
+    /// One step under the levels and the drive force (see [`Self::drive_n`]) of its middle.
     #[inline]
     pub fn step(
         &self,
@@ -91,14 +98,33 @@ impl<R: Real> Carriage<R> {
         drive_n: R,
         dt_s: R,
     ) {
+        self.advance(state, levels, drive_n, dt_s);
+    }
+
+    /// The step; returns the velocity in its middle, m/s.
+    #[inline]
+    fn advance(
+        &self,
+        state: &mut CarriageState<R>,
+        levels: &FrictionLevels<R>,
+        drive_n: R,
+        dt_s: R,
+    ) -> R {
         let out = match &self.effects {
-            None => self.solve(state, levels, (self.mass_kg, drive_n), dt_s),
+            None => {
+                let acting = Acting {
+                    levels: *levels,
+                    drive_n,
+                };
+                self.solve(state, |_, _| acting, self.mass_kg, dt_s)
+            }
             Some(effects) => self.step_with(effects, state, levels, drive_n, dt_s),
         };
         state.velocity_m_per_s = out.velocity_m_per_s;
         state.deflection_m = out.deflection_m;
         state.friction_n = out.force_n;
-        state.position_m.add(dt_s * out.velocity_m_per_s);
+        state.position_m.add(dt_s * out.middle_velocity_m_per_s);
+        out.middle_velocity_m_per_s
     }
 
     /// The same with a seal that holds as one that has just come to rest. It ages all the
@@ -112,9 +138,9 @@ impl<R: Real> Carriage<R> {
         dt_s: R,
     ) {
         let age = core::mem::replace(&mut state.contact_age, R::ZERO);
-        self.step(state, levels, drive_n, dt_s);
+        let middle_m_per_s = self.advance(state, levels, drive_n, dt_s);
         if let Some(effects) = &self.effects {
-            state.contact_age = effects.contact_age(age, state.velocity_m_per_s, dt_s);
+            state.contact_age = effects.contact_age(age, middle_m_per_s, dt_s);
         }
     }
 
@@ -149,21 +175,20 @@ impl<R: Real> Carriage<R> {
         state.velocity_m_per_s - lag
     }
 
-    /// Friction and inertia together, for a mass and the force on it.
+    /// Friction and inertia together, for a mass and what acts on it.
     #[inline]
     fn solve(
         &self,
         state: &CarriageState<R>,
-        levels: &FrictionLevels<R>,
-        (mass_kg, force_n): (R, R),
+        acting: impl Fn(R, R) -> Acting<R>,
+        mass_kg: R,
         dt_s: R,
     ) -> FrictionStep<R> {
         self.bristle.step_with_mass(
-            levels,
+            acting,
             mass_kg,
             state.velocity_m_per_s,
             state.deflection_m,
-            force_n,
             dt_s,
         )
     }
@@ -177,21 +202,41 @@ impl<R: Real> Carriage<R> {
         dt_s: R,
     ) -> FrictionStep<R> {
         let before = *state;
+        let half_s = dt_s * R::from_f64(0.5);
         let (position, velocity) = (before.position_m.value, before.velocity_m_per_s);
-        let drive_n = drive_n - effects.unknown_force.force_n(position, velocity);
-        let levels = effects.levels(*levels, &self.bristle, &before);
+        let ahead_m = before.ahead_m(dt_s);
+        let acting = |velocity_m_per_s, deflection_m| {
+            let middle = CarriageState {
+                position_m: Compensated::new(ahead_m),
+                velocity_m_per_s,
+                deflection_m,
+                contact_age: effects.contact_age(before.contact_age, velocity_m_per_s, half_s),
+                ..before
+            };
+            Acting {
+                levels: effects.levels(*levels, &self.bristle, &middle),
+                drive_n: drive_n - effects.unknown_force.force_n(ahead_m, velocity_m_per_s),
+            }
+        };
         let buffer = effects.elastic_buffer.reaction(position, velocity, dt_s);
         let (load, mass_kg) = self.load();
         let solve = |reaction: Reaction<R>| {
             let all = reaction.with(buffer);
-            let body = (mass_kg + all.added_mass_kg, drive_n - all.force_n);
-            self.solve(&before, &levels, body, dt_s)
+            let acting = |velocity, deflection| {
+                let body = acting(velocity, deflection);
+                Acting {
+                    drive_n: body.drive_n - all.force_n,
+                    ..body
+                }
+            };
+            self.solve(&before, acting, mass_kg + all.added_mass_kg, dt_s)
         };
         let out = match load {
             None => solve(Reaction::NONE),
             Some(load) => load.step(&mut state.load, velocity, dt_s, solve),
         };
-        state.contact_age = effects.contact_age(before.contact_age, out.velocity_m_per_s, dt_s);
+        let middle_m_per_s = out.middle_velocity_m_per_s;
+        state.contact_age = effects.contact_age(before.contact_age, middle_m_per_s, dt_s);
         out
     }
 }

@@ -23,7 +23,7 @@
 //! what a seal has grown by is fed forward, and were it in the observer too, the load would
 //! be left behind until the feedback had grown as much.
 
-use crate::axis::{Axis, CommandState, PneumaticState, ValveDrive};
+use crate::axis::{Axis, CommandState, Piston, PneumaticState, ValveDrive};
 use crate::carriage::CarriageState;
 use crate::feedforward::ForceRates;
 use crate::friction::FrictionLevels;
@@ -266,19 +266,6 @@ impl<R: Real> Observer<R> {
     /// Carries the state over the step; returns the spool's mean position.
     fn predict(&self, axis: &Axis<R>, state: &mut ObserverState<R>, command_v: R) -> R {
         let spool_v = axis.command_path.step(&mut state.command, command_v);
-        let from_m = state.carriage.position_m.value;
-        let (a, b) = (
-            state.pneumatics.a.pressure_pa.value,
-            state.pneumatics.b.pressure_pa.value,
-        );
-        let ambient = axis.carriage.ambient_pressure_pa;
-        let levels = axis
-            .friction_terms
-            .levels(&state.friction(axis), a - ambient, b - ambient);
-        let drive_n = axis.carriage.drive_n(a, b) - axis.friction_terms.constant_force_n
-            + state.disturbance_n;
-        axis.carriage
-            .step_unaged(&mut state.carriage, &levels, drive_n, axis.dt_s);
         let drive = ValveDrive {
             areas: axis
                 .valve
@@ -288,9 +275,25 @@ impl<R: Real> Observer<R> {
                 temperature_k: axis.supply_temperature_k,
             },
         };
-        let to_m = state.carriage.position_m.value;
+        let learned = state.friction(axis);
+        let (carriage, disturbance_n) = (&mut state.carriage, state.disturbance_n);
+        let ambient = axis.carriage.ambient_pressure_pa;
+        let piston = Piston {
+            from_m: carriage.position_m.value,
+            middle_m: carriage.ahead_m(axis.dt_s),
+            end_m: |a, b| {
+                let levels = axis
+                    .friction_terms
+                    .levels(&learned, a - ambient, b - ambient);
+                let drive_n = axis.carriage.drive_n(a, b) - axis.friction_terms.constant_force_n
+                    + disturbance_n;
+                axis.carriage
+                    .step_unaged(carriage, &levels, drive_n, axis.dt_s);
+                carriage.position_m.value
+            },
+        };
         axis.pneumatics
-            .step(&mut state.pneumatics, Some(&drive), from_m, to_m, axis.dt_s);
+            .step_driven(&mut state.pneumatics, &drive, piston, axis.dt_s);
         spool_v
     }
 

@@ -124,6 +124,7 @@ pub fn axis<R: Real>() -> Axis<R> {
             tube: TubeLine::neutral(),
             supply_droop: SupplyDroop::neutral(),
             back_pressure: ExhaustBackPressure::neutral(),
+            separate_exhausts: false,
             cushion: EndCushion::neutral(),
         },
         carriage: carriage(),

@@ -1,7 +1,9 @@
 //! Both chambers with what lies between them, the supply and the surroundings.
 //!
 //! Driven by the valve's areas and the piston's way over the step: in the axis by
-//! valve and carriage, in an identification by recorded command and position. The
+//! valve and carriage, in an identification by recorded command and position. In the
+//! axis the gas moves the piston in turn: the pressures of the predicted middle of the
+//! step give the way ([`Piston`]), the whole step follows it. The
 //! parts that [`crate::left_out`] adds are each skipped while neutral.
 
 use crate::chamber::{Chamber, ChamberFlow, ChamberState};
@@ -36,8 +38,10 @@ pub struct Pneumatics<R> {
     pub tube: TubeLine<R>,
     /// Tank between regulator and valve.
     pub supply_droop: SupplyDroop<R>,
-    /// Silencer behind both exhaust paths.
+    /// Silencer behind both exhaust paths, or one behind each (two of a kind).
     pub back_pressure: ExhaustBackPressure<R>,
+    /// Whether each exhaust path has a port of its own, with its own silencer.
+    pub separate_exhausts: bool,
     /// Cushions at the ends of the stroke (two of a kind).
     pub cushion: EndCushion<R>,
 }
@@ -55,12 +59,14 @@ pub struct PneumaticState<R> {
     pub tube_b: TubeState<R>,
     /// Tank between regulator and valve.
     pub tank: TankState<R>,
-    /// Silencer behind both exhaust paths.
+    /// Silencer behind both exhaust paths, or behind that of port a.
     pub silencer: SilencerState<R>,
+    /// Silencer behind the exhaust path of port b, where it has its own.
+    pub silencer_b: SilencerState<R>,
 }
 
 impl<R: Real> PneumaticState<R> {
-    /// Gas at rest in tubes and chambers, the tank full, the silencer empty.
+    /// Gas at rest in tubes and chambers, the tank full, the silencers empty.
     pub fn at_rest(a: GasState<R>, b: GasState<R>) -> Self {
         Self {
             a: ChamberState::new(a.pressure_pa, a.temperature_k),
@@ -69,6 +75,7 @@ impl<R: Real> PneumaticState<R> {
             tube_b: TubeState::at_rest(b.pressure_pa),
             tank: TankState::FULL,
             silencer: SilencerState::at_rest(),
+            silencer_b: SilencerState::at_rest(),
         }
     }
 }
@@ -80,6 +87,37 @@ pub struct ValveDrive<R> {
     pub areas: PathAreas<R>,
     /// The supplied gas.
     pub supply: GasState<R>,
+}
+
+/// The piston's way over a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piston<R, M> {
+    /// Where the step begins, m.
+    pub from_m: R,
+    /// Where its middle is expected, m.
+    pub middle_m: R,
+    /// Where it ends, m, under the pressures in both chambers at its middle, Pa.
+    pub end_m: M,
+}
+
+impl<R: Real> Piston<R, ()> {
+    /// A piston that goes from here to there, whatever the pressures.
+    #[inline]
+    fn led(from_m: R, to_m: R) -> Piston<R, impl FnOnce(R, R) -> R> {
+        Piston {
+            from_m,
+            middle_m: (from_m + to_m) * R::from_f64(0.5),
+            end_m: move |_, _| to_m,
+        }
+    }
+}
+
+/// A side in the middle of a step.
+#[derive(Clone, Copy)]
+struct Underway<R> {
+    gas: GasState<R>,
+    /// What passes its tube over the step, if it has one.
+    passed: Option<Passed<R>>,
 }
 
 /// The two paths that end at one port.
@@ -124,15 +162,25 @@ impl<R: Real> Pneumatics<R> {
         dt_s: R,
     ) {
         match valve {
-            Some(drive) => {
-                let areas = self.cushioned(&drive.areas, drive.supply, state, (from_m, to_m));
-                self.step_open(state, (&areas, drive.supply), (from_m, to_m), dt_s);
-            }
+            Some(drive) => self.step_driven(state, drive, Piston::led(from_m, to_m), dt_s),
             None => self.step_closed(state, (from_m, to_m), dt_s),
         }
     }
 
-    /// The same with the supply as it is at the regulator: where there is a tank,
+    /// One step with the valve, behind a piston that the gas may move.
+    #[inline]
+    pub fn step_driven(
+        &self,
+        state: &mut PneumaticState<R>,
+        valve: &ValveDrive<R>,
+        piston: Piston<R, impl FnOnce(R, R) -> R>,
+        dt_s: R,
+    ) {
+        let areas = self.cushioned(&valve.areas, valve.supply, state, piston.middle_m);
+        self.step_open(state, (&areas, valve.supply), piston, dt_s);
+    }
+
+    /// A step with the supply as it is at the regulator: where there is a tank,
     /// the valve draws from it.
     #[inline]
     pub fn step_behind_regulator(
@@ -143,8 +191,20 @@ impl<R: Real> Pneumatics<R> {
         to_m: R,
         dt_s: R,
     ) {
+        self.step_driven_behind_regulator(state, valve, Piston::led(from_m, to_m), dt_s);
+    }
+
+    /// A step with the supply as it is at the regulator, behind a piston that the gas may move.
+    #[inline]
+    pub fn step_driven_behind_regulator(
+        &self,
+        state: &mut PneumaticState<R>,
+        valve: &ValveDrive<R>,
+        piston: Piston<R, impl FnOnce(R, R) -> R>,
+        dt_s: R,
+    ) {
         if !self.supply_droop.is_present() {
-            self.step(state, Some(valve), from_m, to_m, dt_s);
+            self.step_driven(state, valve, piston, dt_s);
             return;
         }
         let constant = self.gas.gas_constant_j_per_kg_k;
@@ -152,16 +212,17 @@ impl<R: Real> Pneumatics<R> {
             .supply_droop
             .between(&self.law, constant, valve.supply, dt_s);
         let stored = tank.now(&state.tank);
-        let areas = &self.cushioned(&valve.areas, stored, state, (from_m, to_m));
+        let areas = &self.cushioned(&valve.areas, stored, state, piston.middle_m);
         let wanted = self.draw(areas, stored, self.ports(state));
         let seen = tank.seen(&state.tank, wanted);
-        let ports = self.step_open(state, (areas, seen), (from_m, to_m), dt_s);
+        let ports = self.step_open(state, (areas, seen), piston, dt_s);
         let (drawn, _) = self.draw(areas, seen, ports);
         tank.step(&mut state.tank, seen, drawn);
     }
 
     fn step_closed(&self, state: &mut PneumaticState<R>, way_m: (R, R), dt_s: R) {
-        let [a, b] = self.sides(state, way_m.1, dt_s);
+        let middle_m = (way_m.0 + way_m.1) * R::from_f64(0.5);
+        let [a, b] = self.sides(state, middle_m, dt_s);
         for (side, chamber) in [(a, &mut state.a), (b, &mut state.b)] {
             let flow = |gas| ChamberFlow::NONE.with_losses(self, &side, gas);
             let stroke = side.chamber.stroke(way_m.0, way_m.1);
@@ -175,21 +236,34 @@ impl<R: Real> Pneumatics<R> {
         &self,
         state: &mut PneumaticState<R>,
         (areas, supply): (&PathAreas<R>, GasState<R>),
-        way_m: (R, R),
+        piston: Piston<R, impl FnOnce(R, R) -> R>,
         dt_s: R,
     ) -> [Port<R>; 2] {
         if !self.back_pressure.is_present() {
-            return self.step_sides(state, (areas, supply, self.ambient), way_m, dt_s);
+            return self.step_sides(state, (areas, supply), [self.ambient; 2], piston, dt_s);
         }
         let constant = self.gas.gas_constant_j_per_kg_k;
         let silencer = self
             .back_pressure
             .within(&self.law, constant, self.ambient, dt_s);
-        let offered = self.vent(areas, silencer.now(&state.silencer), self.ports(state));
-        let seen = silencer.seen(&state.silencer, offered);
-        let ports = self.step_sides(state, (areas, supply, seen), way_m, dt_s);
-        let (vented, _) = self.vent(areas, seen, ports);
-        silencer.step(&mut state.silencer, seen, vented);
+        let now = [&state.silencer, &state.silencer_b].map(|one| silencer.now(one));
+        if self.separate_exhausts {
+            let [offered_a, offered_b] = self.vent(areas, now, self.ports(state));
+            let seen = [
+                silencer.seen(&state.silencer, offered_a),
+                silencer.seen(&state.silencer_b, offered_b),
+            ];
+            let ports = self.step_sides(state, (areas, supply), seen, piston, dt_s);
+            let [(vented_a, _), (vented_b, _)] = self.vent(areas, seen, ports);
+            silencer.step(&mut state.silencer, seen[0], vented_a);
+            silencer.step(&mut state.silencer_b, seen[1], vented_b);
+            return ports;
+        }
+        let [a, b] = self.vent(areas, [now[0]; 2], self.ports(state));
+        let seen = silencer.seen(&state.silencer, (a.0 + b.0, a.1 + b.1));
+        let ports = self.step_sides(state, (areas, supply), [seen; 2], piston, dt_s);
+        let [(vented_a, _), (vented_b, _)] = self.vent(areas, [seen; 2], ports);
+        silencer.step(&mut state.silencer, seen, vented_a + vented_b);
         ports
     }
 
@@ -197,57 +271,104 @@ impl<R: Real> Pneumatics<R> {
     fn step_sides(
         &self,
         state: &mut PneumaticState<R>,
-        (areas, supply, exhaust): (&PathAreas<R>, GasState<R>, GasState<R>),
-        way_m: (R, R),
+        (areas, supply): (&PathAreas<R>, GasState<R>),
+        exhausts: [GasState<R>; 2],
+        piston: Piston<R, impl FnOnce(R, R) -> R>,
         dt_s: R,
     ) -> [Port<R>; 2] {
-        let [a, b] = self.sides(state, way_m.1, dt_s);
+        let [a, b] = self.sides(state, piston.middle_m, dt_s);
         let paths_a = PortPaths {
             supply_area_m2: areas.supply_a_m2,
             exhaust_area_m2: areas.exhaust_a_m2,
             supply,
-            exhaust,
+            exhaust: exhausts[0],
         };
         let paths_b = PortPaths {
             supply_area_m2: areas.supply_b_m2,
             exhaust_area_m2: areas.exhaust_b_m2,
             supply,
-            exhaust,
+            exhaust: exhausts[1],
         };
-        let states_a = (&mut state.a, &mut state.tube_a);
-        let port_a = self.step_side(&a, states_a, &paths_a, way_m, dt_s);
-        let states_b = (&mut state.b, &mut state.tube_b);
-        let port_b = self.step_side(&b, states_b, &paths_b, way_m, dt_s);
-        [port_a, port_b]
+        let half_m = (piston.from_m, piston.middle_m);
+        let tube_a = &mut state.tube_a;
+        let middle_a = self.predict_side(&a, (&mut state.a, tube_a), &paths_a, half_m, dt_s);
+        let tube_b = &mut state.tube_b;
+        let middle_b = self.predict_side(&b, (&mut state.b, tube_b), &paths_b, half_m, dt_s);
+        let end_m = (piston.end_m)(middle_a.gas.pressure_pa, middle_b.gas.pressure_pa);
+        let way_m = (piston.from_m, end_m);
+        [
+            self.complete_side(&a, &mut state.a, middle_a, &paths_a, way_m, dt_s),
+            self.complete_side(&b, &mut state.b, middle_b, &paths_b, way_m, dt_s),
+        ]
     }
 
-    fn step_side(
+    /// A side up to the middle of a step of `dt_s`, but for its tube, which takes all of it.
+    #[inline]
+    fn predict_side(
         &self,
         side: &Side<'_, R>,
         (state, tube): (&mut ChamberState<R>, &mut TubeState<R>),
+        paths: &PortPaths<R>,
+        half_m: (R, R),
+        dt_s: R,
+    ) -> Underway<R> {
+        let stroke = side.chamber.stroke(half_m.0, half_m.1);
+        let passed = self
+            .tube
+            .is_present()
+            .then(|| self.step_tube(side.chamber, state, tube, paths, half_m.1, dt_s));
+        let start_k = state.temperature_k.value;
+        let flow = |gas| self.side_flow(side, (passed, start_k), paths, gas);
+        let gas = side.chamber.predict(state, &stroke, flow, dt_s);
+        Underway { gas, passed }
+    }
+
+    /// A side from the middle of a step to its end.
+    #[inline]
+    fn complete_side(
+        &self,
+        side: &Side<'_, R>,
+        state: &mut ChamberState<R>,
+        middle: Underway<R>,
         paths: &PortPaths<R>,
         way_m: (R, R),
         dt_s: R,
     ) -> Port<R> {
         let stroke = side.chamber.stroke(way_m.0, way_m.1);
-        if self.tube.is_present() {
-            let passed = self.step_tube(side.chamber, state, tube, paths, way_m.1, dt_s);
-            let line = ChamberFlow::NONE.with(
+        let start_k = state.temperature_k.value;
+        let flow = |gas| self.side_flow(side, (middle.passed, start_k), paths, gas);
+        let exchange = side
+            .chamber
+            .complete(state, middle.gas, &stroke, flow, dt_s);
+        match middle.passed {
+            Some(passed) => Port::Tube(passed),
+            None => Port::Gas {
+                gas: exchange.middle,
+                beyond_pa: exchange.beyond_pa,
+            },
+        }
+    }
+
+    /// Flow into a chamber with this gas: through valve or tube, and its leaks. What comes
+    /// back through a tube has the temperature of the step's start, `start_k`.
+    #[inline]
+    fn side_flow(
+        &self,
+        side: &Side<'_, R>,
+        (passed, start_k): (Option<Passed<R>>, R),
+        paths: &PortPaths<R>,
+        gas: GasState<R>,
+    ) -> ChamberFlow<R> {
+        let through_port = match passed {
+            Some(passed) => ChamberFlow::NONE.with(
                 passed.into_chamber_kg_per_s,
                 R::ZERO,
                 self.ambient.temperature_k,
-                state.temperature_k.value,
-            );
-            let flow = |gas| line.with_losses(self, side, gas);
-            side.chamber.step(state, &stroke, flow, dt_s);
-            return Port::Tube(passed);
-        }
-        let flow = |gas| self.port_flow(paths, gas).with_losses(self, side, gas);
-        let exchange = side.chamber.exchange(state, &stroke, flow, dt_s);
-        Port::Gas {
-            gas: exchange.middle,
-            beyond_pa: exchange.beyond_pa,
-        }
+                start_k,
+            ),
+            None => self.port_flow(paths, gas),
+        };
+        through_port.with_losses(self, side, gas)
     }
 
     /// Steps the tube; returns what passed it.
@@ -443,10 +564,15 @@ impl<R: Real> Pneumatics<R> {
         (a.0 + b.0, a.1 + b.1)
     }
 
-    /// Flow through both exhaust paths into an exhaust, and its slope by the
+    /// Flow through each exhaust path into its exhaust, and its slope by the
     /// exhaust's pressure (nought as above).
-    fn vent(&self, areas: &PathAreas<R>, exhaust: GasState<R>, ports: [Port<R>; 2]) -> (R, R) {
-        let through = |area_m2, port| match port {
+    fn vent(
+        &self,
+        areas: &PathAreas<R>,
+        exhausts: [GasState<R>; 2],
+        ports: [Port<R>; 2],
+    ) -> [(R, R); 2] {
+        let through = |area_m2, exhaust, port| match port {
             Port::Gas { gas, beyond_pa } => {
                 let flow = self.law.flow(area_m2, gas, exhaust);
                 let mass = flow.mass_flow_kg_per_s + flow.slope_1_kg_per_s_pa * beyond_pa;
@@ -454,9 +580,10 @@ impl<R: Real> Pneumatics<R> {
             }
             Port::Tube(passed) => (passed.exhausted_kg_per_s, R::ZERO),
         };
-        let a = through(areas.exhaust_a_m2, ports[0]);
-        let b = through(areas.exhaust_b_m2, ports[1]);
-        (a.0 + b.0, a.1 + b.1)
+        [
+            through(areas.exhaust_a_m2, exhausts[0], ports[0]),
+            through(areas.exhaust_b_m2, exhausts[1], ports[1]),
+        ]
     }
 
     /// The areas through a step, with the needles of the cushions before each path that leads
@@ -468,12 +595,11 @@ impl<R: Real> Pneumatics<R> {
         areas: &PathAreas<R>,
         supply: GasState<R>,
         state: &PneumaticState<R>,
-        way_m: (R, R),
+        middle_m: R,
     ) -> PathAreas<R> {
         if !self.cushion.is_present() || self.tube.is_present() {
             return *areas;
         }
-        let middle_m = (way_m.0 + way_m.1) * R::from_f64(0.5);
         let needled = |(supply_m2, exhaust_m2), chamber: &Chamber<R>, state: &ChamberState<R>| {
             let length_m = chamber.geometry.length_m(middle_m);
             let outlet_m2 = |valve_m2| self.cushion.outlet_area_m2(valve_m2, length_m);

@@ -283,10 +283,33 @@ fn val_a_stiff_coupling_is_a_rigid_mass() {
     assert!(apart.abs() < 1e-4, "{apart} m apart");
 }
 
+/// Mass and velocity have the middle rule, which a stiff bristle could make ring.
+#[test]
+fn prop_a_carriage_that_sticks_is_at_rest_after_20_steps() {
+    let levels = paper::friction_levels::<f32>();
+    for mass_kg in [0.3_f32, 1.0, 3.0, 30.0] {
+        let mut carriage = carriage::<f32>(None);
+        carriage.mass_kg = mass_kg;
+        // It comes to rest out of 1 mm/s, held by 10 N of a drive below stiction.
+        let mut state = CarriageState::new(0.0, 1e-3);
+        for _ in 0..2000 {
+            carriage.step(&mut state, &levels, 10.0, 1e-3);
+        }
+        state.velocity_m_per_s += 1e-3;
+        let from_m = state.position_m.value;
+        for _ in 0..20 {
+            carriage.step(&mut state, &levels, 10.0, 1e-3);
+        }
+        let (v, way_m) = (state.velocity_m_per_s, state.position_m.value - from_m);
+        assert!(v.abs() < 3e-5, "{mass_kg} kg: {v} m/s");
+        assert!(way_m.abs() < 1e-5, "{mass_kg} kg: {way_m} m");
+    }
+}
+
 #[test]
 fn val_steps_converge_with_every_effect() {
     let all = with(everything);
-    // A smooth drive without stops: at a stop first order is masked by sticking.
+    // A smooth drive without stops; contact of load and buffers comes within steps.
     let end = |dt_s: f64| {
         let levels = paper::friction_levels::<f64>();
         let mut state = CarriageState::new(0.0, 0.0);
@@ -296,11 +319,13 @@ fn val_steps_converge_with_every_effect() {
         }
         state.position_m.value
     };
-    let ends = [2e-4, 1e-4, 5e-5, 2.5e-5].map(end);
-    let change = |i: usize| (ends[i + 1] - ends[i]).abs();
-    println!("ends {ends:?}");
-    assert!(change(2) < 2e-5, "last change {}", change(2));
-    assert!(change(1) < 0.75 * change(0) && change(2) < 0.75 * change(1));
+    let exact = end(1e-6);
+    let errors = [8e-4, 4e-4, 2e-4, 1e-4, 5e-5].map(|dt_s| (end(dt_s) - exact).abs());
+    println!("errors {errors:?}");
+    // Where in a step the play closes is as good as drawn by lot: less than order 2 is seen,
+    // and more than the factor of 16 that order 1 gives.
+    assert!(errors[0] < 1.2e-6, "{} m at 0.8 ms", errors[0]);
+    assert!(errors[4] < errors[0] / 30.0);
 }
 
 fn everything<R: Real>(effects: &mut CarriageEffects<R>) {

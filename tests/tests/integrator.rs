@@ -2,9 +2,10 @@
 //! conserve, where they stay stable, and what `f32` costs.
 
 use model_core::axis::{Axis, AxisInputs, AxisState, PneumaticState, ValveDrive};
-use model_core::carriage::CarriageState;
+use model_core::carriage::{Carriage, CarriageState};
 use model_core::chamber::ChamberState;
 use model_core::friction::FrictionLevels;
+use model_core::left_out::{CarriageEffects, ElasticBuffer};
 use model_core::paper;
 use model_core::real::Real;
 use model_core::valve::{AreaTable, GasState};
@@ -87,49 +88,134 @@ fn val_chambers_are_of_second_order() {
     });
 }
 
-fn carriage_end(steps_per_ms: u32) -> f64 {
-    let axis = paper::axis::<f64>();
+/// The finest run, to which the others are compared, steps per ms.
+const REFERENCE_STEPS_PER_MS: u32 = 128;
+/// The order that the errors of three halvings show must not be under this: switches of the
+/// laws within a step (a bristle that breaks away or comes to rest, a buffer that is met)
+/// cost some of it. A smooth motion shows 2.00.
+const LEAST_ORDER: f64 = 1.6;
+
+/// Positions at every millisecond of so many steps.
+fn each_ms(
+    duration_ms: u32,
+    steps_per_ms: u32,
+    mut one_step: impl FnMut(f64, f64) -> f64,
+) -> Vec<f64> {
     let dt_s = 1e-3 / f64::from(steps_per_ms);
-    let mut state = CarriageState::new(0.0, 0.0);
-    for step in 0..300 * steps_per_ms {
-        let middle_s = (f64::from(step) + 0.5) * dt_s;
-        let force = 60.0 * (TAU * middle_s).sin();
-        axis.carriage.step(&mut state, &axis.friction, force, dt_s);
-    }
-    state.position_m.value
+    let mut step = 0_u32;
+    (0..duration_ms)
+        .map(|_| {
+            let mut position_m = 0.0;
+            for _ in 0..steps_per_ms {
+                position_m = one_step((f64::from(step) + 0.5) * dt_s, dt_s);
+                step += 1;
+            }
+            position_m
+        })
+        .collect()
 }
 
-#[test]
-fn val_friction_is_of_first_order() {
-    // From 4 steps per ms: above, a step is longer than the bristle's response.
-    assert_order("carriage position", 1.0, |n| carriage_end(4 * n));
-}
-
-fn axis_end(steps_per_ms: u32) -> AxisState<f64> {
-    let dt_s = 1e-3 / f64::from(steps_per_ms);
-    let axis = Axis {
-        dt_s,
-        ..paper::axis::<f64>()
-    };
-    let mut state = AxisState::at_rest(-0.1, START_PA, START_PA, AMBIENT_K, 5.0);
-    for step in 0..200 * steps_per_ms {
-        let middle_s = (f64::from(step) + 0.5) * dt_s;
-        let inputs = AxisInputs {
-            command_v: 5.0 + 1.5 * (TAU * middle_s).sin(),
-            supply_pressure_pa: SUPPLY_PA,
-        };
-        axis.step(&mut state, &inputs);
-    }
-    state
-}
-
-#[test]
-fn val_axis_is_of_first_order() {
-    assert_order("axis position", 1.0, |n| {
-        axis_end(4 * n).carriage.position_m.value
+/// Runs a scenario at 1 to 8 steps per ms; its worst error of position at 1 ms must be
+/// under a bound and shrink by the second order.
+fn assert_second_order(what: &str, at_1_ms_m: f64, positions_m: impl Fn(u32) -> Vec<f64>) {
+    let reference = positions_m(REFERENCE_STEPS_PER_MS);
+    let errors_m = [1, 2, 4, 8].map(|steps_per_ms| {
+        let pairs = positions_m(steps_per_ms).into_iter().zip(&reference);
+        pairs.fold(0.0_f64, |most, (x, exact)| most.max((x - exact).abs()))
     });
-    assert_order("axis pressure b", 1.0, |n| {
-        axis_end(4 * n).pneumatics.b.pressure_pa.value
+    let order = (errors_m[0] / errors_m[3]).log2() / 3.0;
+    println!("{what}: observed order {order:.2}, errors {errors_m:?} m");
+    assert!(
+        errors_m[0] < at_1_ms_m,
+        "{what}: {:e} m at 1 ms",
+        errors_m[0]
+    );
+    assert!(order > LEAST_ORDER, "{what}: order {order}");
+}
+
+/// The whole axis under a command held over every millisecond.
+fn axis_positions_m(
+    axis: &Axis<f64>,
+    start_m: f64,
+    duration_ms: u32,
+    command_v: impl Fn(u32) -> f64,
+    steps_per_ms: u32,
+) -> Vec<f64> {
+    let axis = Axis {
+        dt_s: 1e-3 / f64::from(steps_per_ms),
+        ..*axis
+    };
+    let mut state = AxisState::at_rest(start_m, START_PA, START_PA, AMBIENT_K, 5.0);
+    each_ms(duration_ms, steps_per_ms, |middle_s, _| {
+        axis.step(&mut state, &inputs(command_v((middle_s * 1e3) as u32)));
+        state.carriage.position_m.value
+    })
+}
+
+/// The carriage alone, drawn by a spring whose other end is at `end_m(t)`.
+fn drawn_positions_m(
+    carriage: &Carriage<f64>,
+    spring_n_per_m: f64,
+    duration_ms: u32,
+    end_m: impl Fn(f64) -> f64,
+    steps_per_ms: u32,
+) -> Vec<f64> {
+    let levels = paper::friction_levels::<f64>();
+    let mut state = CarriageState::new(0.0, 0.0);
+    each_ms(duration_ms, steps_per_ms, |middle_s, dt_s| {
+        let drive_n = spring_n_per_m * (end_m(middle_s) - state.ahead_m(dt_s));
+        carriage.step(&mut state, &levels, drive_n, dt_s);
+        state.position_m.value
+    })
+}
+
+fn buffered(mut carriage: Carriage<f64>) -> Carriage<f64> {
+    let mut effects = CarriageEffects::neutral();
+    effects.elastic_buffer = ElasticBuffer {
+        low_m: -0.05,
+        high_m: 0.05,
+        stiffness_n_per_m: 5e4,
+        damping_n_s_per_m: 100.0,
+    };
+    carriage.effects = Some(effects);
+    carriage
+}
+
+#[test]
+fn val_axis_is_of_second_order_from_jumps_to_the_end_of_the_stroke() {
+    let axis = paper::axis::<f64>();
+    let mut at_the_end = axis;
+    at_the_end.carriage = buffered(axis.carriage);
+    assert_second_order("step to 4 V", 6e-6, |steps| {
+        axis_positions_m(&axis, 0.18, 400, |_| 4.0, steps)
+    });
+    assert_second_order("sine held over 1 ms", 6e-6, |steps| {
+        let command_v = |ms| 5.0 + 0.9 * (TAU * 1e-3 * f64::from(ms)).sin();
+        axis_positions_m(&axis, -0.05, 1000, command_v, steps)
+    });
+    assert_second_order("reversals by jumps of 2 V", 5e-5, |steps| {
+        let command_v = |ms| if ms / 90 % 2 == 0 { 6.0 } else { 4.0 };
+        axis_positions_m(&axis, 0.0, 700, command_v, steps)
+    });
+    assert_second_order("into a buffer and back", 1e-4, |steps| {
+        let command_v = |ms| if ms < 300 { 6.2 } else { 4.0 };
+        axis_positions_m(&at_the_end, 0.0, 500, command_v, steps)
+    });
+}
+
+#[test]
+fn val_friction_is_of_second_order_through_stick_slip_and_reversals() {
+    let carriage = paper::axis::<f64>().carriage;
+    assert_second_order("stick-slip", 2e-5, |steps| {
+        drawn_positions_m(&carriage, 5e3, 3000, |time_s| 5e-3 * time_s, steps)
+    });
+    assert_second_order("reversals", 4e-6, |steps| {
+        let end_m = |time_s: f64| 0.01 * (TAU * 1.3 * time_s).sin();
+        drawn_positions_m(&carriage, 8e3, 2000, end_m, steps)
+    });
+    assert_second_order("between buffers", 2e-5, |steps| {
+        let end_m = |time_s: f64| 0.2 * (TAU * 0.8 * time_s).sin();
+        drawn_positions_m(&buffered(carriage), 1e3, 1500, end_m, steps)
     });
 }
 
@@ -176,12 +262,12 @@ fn prop_whole_axis_conserves_mass_over_a_long_run() {
     assert!(error.iter().all(|&error| error < MASS_CLOSES_TO));
 }
 
-/// Force of the carriage's step and work of the chambers' are taken half a step
-/// apart, so that the energy swings with the motion, by part of a step's work
-/// (measured: 0.038 J of 2.1 J kinetic energy), and must not drift.
-const ENERGY_SWINGS_BY_J: f64 = 0.08;
-/// The second 100 s may swing this much further than the first.
-const ENERGY_DRIFT: f64 = 1.02;
+/// Force of the carriage's step and work of the chambers' differ by the curvature of the
+/// pressure, so that the energy swings with the motion (measured: 0.7 mJ of 2.1 J kinetic
+/// energy), ...
+const ENERGY_SWINGS_BY_J: f64 = 1.5e-3;
+/// ... and its mean must stay: this much is admitted from the first to the last of 200 s.
+const ENERGY_DRIFTS_BY_J: f64 = 0.2e-3;
 
 /// The axis with the valve shut tight and walls that pass no heat.
 fn closed_adiabatic_axis() -> Axis<f64> {
@@ -218,18 +304,20 @@ fn prop_closed_adiabatic_axis_keeps_its_energy() {
     };
     let start = energy(&state);
     let (mut fastest, mut farthest) = (0.0_f64, 0.0_f64);
-    let mut off_j = [0.0_f64; 2];
+    let (mut off_j, mut mean_off_j) = (0.0_f64, [0.0_f64; 200]);
     for step in 0..200_000 {
         axis.step(&mut state, &inputs(5.0));
         fastest = fastest.max(state.carriage.velocity_m_per_s.abs());
         farthest = farthest.max(state.carriage.position_m.value.abs());
-        let half = usize::from(step >= 100_000);
-        off_j[half] = off_j[half].max((energy(&state) - start).abs());
+        let now_off_j = energy(&state) - start;
+        off_j = off_j.max(now_off_j.abs());
+        mean_off_j[step / 1000] += 1e-3 * now_off_j;
     }
-    println!("{start} J, {fastest} m/s, {farthest} m; off by {off_j:?} J");
+    let drift_j = mean_off_j[199] - mean_off_j[0];
+    println!("{start} J, {fastest} m/s, {farthest} m; off by {off_j:.1e} J, drift {drift_j:.1e} J");
     assert!(fastest > 1.0, "the swing has become slow: {fastest} m/s");
-    assert!(off_j[0] < ENERGY_SWINGS_BY_J);
-    assert!(off_j[1] < off_j[0] * ENERGY_DRIFT);
+    assert!(off_j < ENERGY_SWINGS_BY_J);
+    assert!(drift_j.abs() < ENERGY_DRIFTS_BY_J);
 }
 
 /// The frequencies of the square wave, Hz: from longer than the stroke takes to
@@ -248,10 +336,10 @@ const FARTHEST_M: f64 = 0.12;
 /// unstable in its position, by the physics: over many seconds any rounding grows.
 const STEPS_TOGETHER: u32 = 250;
 
-/// Twice what f32 differs from f64 over 0.25 s: 1.3 um, 10 um/s, 91 Pa. All but
-/// a handful of the 480 000 steps stay within 3 Pa; the rest are instants at
-/// which the two choose different sides of the published law's jump in heat
-/// transfer at zero flow (42 W with the gas at 364 K: 170 Pa in a step).
+/// What f32 may differ from f64 over 0.25 s; measured: 0.5 um, 4.4 um/s, 0.5 Pa. The bound
+/// of the pressure leaves room for an instant at which the two choose different sides of
+/// the published law's jump in heat transfer at zero flow (42 W with the gas at 364 K:
+/// 170 Pa in a step).
 const F32_AXIS: [f64; 3] = [3e-6, 2e-5, 200.0];
 
 /// Twice what f32 differs from f64 over 20 s of imposed motion, Pa and K: 0.14
@@ -437,4 +525,86 @@ fn prop_a_sealed_axis_at_rest_stays_for_an_hour() {
     assert_eq!(after, rest, "f32");
     let (rest, after) = sealed_hour::<f64>();
     assert_eq!(after, rest, "f64");
+}
+
+/// Stick-slip as an axis has it at creeping speed: a spring drawn to and fro, 10 mm at 2 mm/s.
+struct StickSlip {
+    slips: u32,
+    farthest_m: f64,
+    fastest_m_per_s: f64,
+    most_bent_m: f64,
+    mean_m: f64,
+}
+
+fn stick_slip<R: Real>(hours: f64, steps_per_ms: u32) -> StickSlip {
+    const SPRING_N_PER_M: f64 = 2e4;
+    const MOVING_M_PER_S: f64 = 5e-3;
+    let carriage = paper::axis::<R>().carriage;
+    let levels = paper::friction_levels::<R>();
+    let dt_s = 1e-3 / f64::from(steps_per_ms);
+    let step_s = R::from_f64(dt_s);
+    let steps = (hours * 3.6e6) as u64 * u64::from(steps_per_ms);
+    let mut state = CarriageState::new(R::ZERO, R::ZERO);
+    let (mut seen, mut moving, mut sum_m) = (
+        StickSlip {
+            slips: 0,
+            farthest_m: 0.0,
+            fastest_m_per_s: 0.0,
+            most_bent_m: 0.0,
+            mean_m: 0.0,
+        },
+        false,
+        0.0,
+    );
+    for step in 0..steps {
+        let phase = ((step as f64 + 0.5) * dt_s / 10.0).fract();
+        let end_m = R::from_f64(0.02 * (phase - 0.5).abs() - 5e-3);
+        let drive_n = R::from_f64(SPRING_N_PER_M) * (end_m - state.ahead_m(step_s));
+        carriage.step(&mut state, &levels, drive_n, step_s);
+        let (x, v) = (
+            state.position_m.value.value(),
+            state.velocity_m_per_s.value(),
+        );
+        seen.farthest_m = seen.farthest_m.max(x.abs());
+        seen.fastest_m_per_s = seen.fastest_m_per_s.max(v.abs());
+        seen.most_bent_m = seen.most_bent_m.max(state.deflection_m.value().abs());
+        sum_m += x;
+        let moves = v.abs()
+            > if moving {
+                0.2 * MOVING_M_PER_S
+            } else {
+                MOVING_M_PER_S
+            };
+        seen.slips += u32::from(moves && !moving);
+        moving = moves;
+    }
+    seen.mean_m = sum_m / steps as f64;
+    seen
+}
+
+/// Hours of sticking and slipping in f32 stay within what the spring and the bristle allow,
+/// and slip as often and as fast as in f64.
+#[test]
+fn prop_hours_of_stick_slip_in_f32_are_bounded_and_those_of_f64() {
+    let most_bent_m = paper::STATIC_N / paper::BRISTLE_STIFFNESS_N_PER_M;
+    for (hours, steps_per_ms) in [(2.0, 1), (1.0, 8)] {
+        let narrow = stick_slip::<f32>(hours, steps_per_ms);
+        let wide = stick_slip::<f64>(hours, steps_per_ms);
+        println!(
+            "{steps_per_ms} kHz: {} slips and {}, to {:e} and {:e} m/s, mean {:e} and {:e} m, bent by {:e} m",
+            narrow.slips,
+            wide.slips,
+            narrow.fastest_m_per_s,
+            wide.fastest_m_per_s,
+            narrow.mean_m,
+            wide.mean_m,
+            narrow.most_bent_m,
+        );
+        assert!(wide.slips > 1000, "it does not slip");
+        assert!(narrow.slips.abs_diff(wide.slips) * 1000 < wide.slips);
+        assert!((narrow.fastest_m_per_s / wide.fastest_m_per_s - 1.0).abs() < 0.01);
+        assert!((narrow.mean_m - wide.mean_m).abs() < 2e-6);
+        assert!(narrow.most_bent_m < 1.02 * most_bent_m);
+        assert!(narrow.farthest_m < 0.02);
+    }
 }

@@ -190,6 +190,10 @@ const SWITCHES: &[Switch] = &[
     ("silencer", |axis| {
         axis.pneumatics.back_pressure.silencer_area_m2 = 1e-4
     }),
+    ("silencers of their own", |axis| {
+        axis.pneumatics.back_pressure.silencer_area_m2 = 1e-4;
+        axis.pneumatics.separate_exhausts = true;
+    }),
     ("end cushion", |axis| {
         axis.pneumatics.cushion.length_m = 0.25
     }),

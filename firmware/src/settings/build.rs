@@ -124,6 +124,7 @@ impl Settings {
             },
             supply_droop: effects.supply_droop(),
             back_pressure: effects.back_pressure(),
+            separate_exhausts: effects.separate_exhausts,
             cushion: effects.cushion(),
         }
     }

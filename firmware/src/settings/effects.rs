@@ -32,6 +32,8 @@ pub struct PneumaticEffects {
     pub silencer_area_m2: f32,
     /// Volume between valve and silencer, m3.
     pub silencer_volume_m3: f32,
+    /// Whether each exhaust path has a silencer of its own.
+    pub separate_exhausts: bool,
     /// Length of the cushions, m; 0 is none.
     pub cushion_length_m: f32,
     /// Needle of the cushions, m2.
@@ -115,6 +117,7 @@ impl PneumaticEffects {
             feed_area_m2: droop.feed_area_m2,
             silencer_area_m2: exhaust.silencer_area_m2,
             silencer_volume_m3: exhaust.volume_m3,
+            separate_exhausts: false,
             cushion_length_m: cushion.length_m,
             cushion_needle_m2: cushion.needle_area_m2,
             heat_density_exponent: 0.0,
@@ -206,6 +209,7 @@ impl From<&Pneumatics<f32>> for PneumaticEffects {
             feed_area_m2: pneumatics.supply_droop.feed_area_m2,
             silencer_area_m2: pneumatics.back_pressure.silencer_area_m2,
             silencer_volume_m3: pneumatics.back_pressure.volume_m3,
+            separate_exhausts: pneumatics.separate_exhausts,
             cushion_length_m: pneumatics.cushion.length_m,
             cushion_needle_m2: pneumatics.cushion.needle_area_m2,
             heat_density_exponent: chamber.heat_variation.density_exponent,

@@ -69,6 +69,7 @@ fn vary_effects(settings: &mut Settings, random: &mut Random) {
     let gas = &mut settings.pneumatic_effects;
     let motion = &mut settings.mechanical_effects;
     (motion.buffer_low_m, motion.buffer_high_m) = (-0.24, 0.24);
+    gas.separate_exhausts = random.share() > 0.5;
     for (number, usual) in [
         (&mut gas.piston_leak_laminar_kg_per_s_pa2, 3e-16),
         (&mut gas.piston_leak_orifice_m2, 1e-7),

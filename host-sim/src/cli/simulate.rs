@@ -9,7 +9,7 @@ use super::CommandError;
 use super::outputs::{check_outputs, write_page, write_with};
 use crate::report::{Provenance, number};
 use crate::scenario::Scenario;
-use crate::simulate::{Simulation, page, recorded, simulate};
+use crate::simulate::{IntegrationError, Simulation, integration_error, page, recorded, simulate};
 use crate::text::file_name;
 
 /// Simulate an axis: rig and command in, recording out.
@@ -40,20 +40,22 @@ pub fn run(arguments: &SimulateArguments, out: &mut dyn Write) -> Result<(), Com
         .collect();
     check_outputs(&inputs, &outputs)?;
     let simulation = simulate(&scenario).map_err(|error| bad_input(&error))?;
+    let error = integration_error(&scenario, &simulation).map_err(|error| error.to_string());
     let table = recorded(&scenario, &simulation).map_err(|error| bad_input(&error))?;
     write_with(&arguments.out, |out| table.write(out))?;
     if let Some(path) = &arguments.report {
-        let mut page = page(&scenario, &simulation);
+        let mut page = page(&scenario, &simulation, error.as_ref().ok());
         page.provenance(provenance(arguments, &scenario));
         write_page(path, &page)?;
     }
-    summarise(arguments, &simulation, out)?;
+    summarise(arguments, &simulation, &error, out)?;
     Ok(())
 }
 
 fn summarise(
     arguments: &SimulateArguments,
     simulation: &Simulation,
+    error: &Result<IntegrationError, String>,
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     let figures = simulation.key_figures();
@@ -72,6 +74,18 @@ fn summarise(
         number::fixed(figures.lowest_temperature_k.0, 1),
         figures.coldest.letter(),
     )?;
+    match error {
+        Ok(error) => writeln!(
+            out,
+            "  integration error about {} um in position and {} Pa in chamber pressure (by a run at half the step)",
+            number::significant(1e6 * error.position_m, 2),
+            number::significant(error.pressure_pa, 2),
+        )?,
+        Err(reason) => writeln!(
+            out,
+            "  integration error not estimated: at half the step, {reason}"
+        )?,
+    }
     if let Some(note) = simulation.note() {
         writeln!(out, "  note: {note}")?;
     }

@@ -43,6 +43,7 @@ pub(super) fn swung(
                 let net_n = moving_n - reaction.force_n;
                 let change = net_n * dt_s / (alone_kg + reaction.added_mass_kg);
                 FrictionStep {
+                    middle_velocity_m_per_s: from + before + 0.5 * change,
                     velocity_m_per_s: from + before + change,
                     deflection_m: 0.0,
                     force_n: 0.0,

@@ -74,8 +74,9 @@ pub fn free_parameters(
             *free = ordinary(law, rig);
         }
     } else {
+        let started = with_starts(rig, laws, tracks, requests)?;
         for request in requests {
-            add_request(rig, laws, tracks, request, &mut by_law)?;
+            add_request(&started, laws, tracks, request, &mut by_law)?;
         }
     }
     if by_law.iter().all(Vec::is_empty) {
@@ -85,6 +86,31 @@ pub fn free_parameters(
         ));
     }
     Ok(by_law)
+}
+
+/// The rig with every effect's number that is asked for at its start: when a leak opens acts on
+/// nothing where there is none.
+fn with_starts(
+    rig: &Rig,
+    laws: &[Law],
+    tracks: &[Track<'_>],
+    requests: &[FreeRequest],
+) -> Result<Rig, String> {
+    let mut started = rig.clone();
+    let of_effects = requests
+        .iter()
+        .filter(|request| request.key.starts_with("effects."));
+    for request in of_effects {
+        let offered: Vec<Candidate> = laws
+            .iter()
+            .flat_map(|&law| candidates(law, rig, tracks, misfit_scale(law, rig, tracks)))
+            .collect();
+        let free = effect_parameter(rig, request, offered.iter())?;
+        let unknown = |_| no_start(&request.key);
+        let stored = started.set_value(&request.key, free.parameter.start);
+        stored.map_err(unknown)?;
+    }
+    Ok(started)
 }
 
 fn add_request(

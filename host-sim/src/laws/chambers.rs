@@ -140,6 +140,7 @@ pub(super) fn initial_states(
                 .then(|| tank_start(&values, recording, row, view)),
         )
         .chain(layout.silencer.then_some(SILENCER_START))
+        .chain(layout.second_silencer.then_some(SECOND_SILENCER_START))
         .chain(readings.map(reading))
         .chain(of_sides(layout.tubes).flat_map(tube))
         .collect()
@@ -167,6 +168,12 @@ const SILENCER_START: InitialState = InitialState {
     bounds: (-5e4, 1e6),
     measured_by: None,
     read_by: None,
+};
+
+/// What that of port b holds, where it has one of its own.
+const SECOND_SILENCER_START: InitialState = InitialState {
+    name: "silencer b",
+    ..SILENCER_START
 };
 
 /// The command that was held before the first row: a valve that is late still follows
@@ -429,29 +436,32 @@ fn spool_positions<R: Real>(
 
 /// Where each state stands among those that a recording or window begins with:
 /// pressures, temperatures, the earlier command; and what an effect adds, walls, tank,
-/// silencer, the sensors' readings, and each tube's pressure over the chamber's and flow.
+/// silencer or silencers, the sensors' readings, and each tube's pressure over the chamber's and flow.
 struct Layout<'a> {
     sides: &'a [Side],
     valve: bool,
     walls: bool,
     tank: bool,
     silencer: bool,
+    second_silencer: bool,
     readings: bool,
     tubes: bool,
 }
 
 /// The most states of one law.
-const MOST_STATES: usize = 15;
+const MOST_STATES: usize = 16;
 
 impl<'a> Layout<'a> {
     fn of<R: Real>(values: &Values<'_, R>, pneumatics: &Pneumatics<R>, sides: &'a [Side]) -> Self {
         let valve = values.rig.valve.is_some();
+        let silencer = valve && pneumatics.back_pressure.is_present();
         Self {
             sides,
             valve,
             walls: pneumatics.chamber_a.wall.is_warmed(),
             tank: pneumatics.supply_droop.is_present(),
-            silencer: valve && pneumatics.back_pressure.is_present(),
+            silencer,
+            second_silencer: silencer && pneumatics.separate_exhausts,
             readings: values.effect("pressure-sensor-lag", "time_constant_s", 0.0) > R::ZERO,
             tubes: valve && pneumatics.tube.is_present(),
         }
@@ -464,6 +474,7 @@ impl<'a> Layout<'a> {
             walls: false,
             tank: false,
             silencer: false,
+            second_silencer: false,
             readings: false,
             tubes: false,
             ..self
@@ -491,8 +502,12 @@ impl<'a> Layout<'a> {
         self.tank_place() + usize::from(self.tank)
     }
 
-    fn reading_place(&self) -> usize {
+    fn second_silencer_place(&self) -> usize {
         self.silencer_place() + usize::from(self.silencer)
+    }
+
+    fn reading_place(&self) -> usize {
+        self.second_silencer_place() + usize::from(self.second_silencer)
     }
 
     fn tube_place(&self) -> usize {
@@ -529,6 +544,9 @@ impl<'a> Layout<'a> {
         }
         if self.silencer {
             state.silencer = SilencerState::at(initial[self.silencer_place()]);
+        }
+        if self.second_silencer {
+            state.silencer_b = SilencerState::at(initial[self.second_silencer_place()]);
         }
         let mut shown = pressures(self.sides, &state);
         for (index, &side) in self.sides.iter().enumerate() {
@@ -582,6 +600,9 @@ impl<'a> Layout<'a> {
         }
         if self.silencer {
             states[self.silencer_place()] = state.silencer.excess_pa();
+        }
+        if self.second_silencer {
+            states[self.second_silencer_place()] = state.silencer_b.excess_pa();
         }
     }
 }

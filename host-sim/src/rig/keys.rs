@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use super::stated_flow::STATED_FLOW;
-use super::{ChamberModel, FeedsAWhen, PositionZero, Rig, UnknownKey, Valve};
+use super::{ChamberModel, Exhausts, FeedsAWhen, PositionZero, Rig, UnknownKey, Valve};
 use crate::effects;
 
 /// What a person needs to know of a key.
@@ -149,6 +149,7 @@ const BORE: Limits = positive(2.0, "metres above 0 and at most 2 (is this mm?)")
 const PISTON_AREA: Limits = positive(3.0, "m2 above 0 and at most 3 (is this cm2 or mm2?)");
 const DEAD_VOLUME: Limits = limits(0.0, 0.5, "m3 from 0 to 0.5 (is this litres or cm3?)");
 const VESSEL_VOLUME: Limits = positive(1000.0, "m3 above 0 and at most 1000");
+const VESSEL_SURFACE: Limits = positive(1000.0, "m2 above 0 and at most 1000 (is this cm2?)");
 const STEM: Limits = limits(-1.0, 2.0, "a fraction, 0 shut to 1 open (is this %?)");
 const TIME_CONSTANT: Limits = limits(0.0, 3600.0, "seconds from 0 to 3600");
 const HEAT_TRANSFER: Limits = limits(0.0, 1e5, "W/(m2 K) from 0 to 100000");
@@ -244,6 +245,8 @@ pub(super) static NUMBERS: &[NumberKey] = &[
         facts("m3", "10e-6 to 50e-6", "volume of chamber B at its end stop, with port, fittings and tube", "as dead_volume_a_m3")),
     number!("vessel.volume_m3", vessel.volume_m3, VESSEL_VOLUME,
         facts("m3", "1e-4 to 0.1", "volume", "data sheet, or weigh it filled with water")),
+    number!("vessel.surface_m2", vessel.surface_m2?, VESSEL_SURFACE,
+        facts("m2", "0.01 to 1", "inner surface, for the heat exchange of the energy balance; that of a sphere of this volume if absent", "drawing")),
     number!("actuator.stem_at_zero_command", actuator.stem_at_zero_command, STEM,
         facts("1", "0", "position of the stem at rest for the command 0", "read it off")),
     number!("actuator.stem_at_full_command", actuator.stem_at_full_command, STEM,
@@ -260,6 +263,8 @@ pub(super) static NUMBERS: &[NumberKey] = &[
         facts("1", "1.0 to 1.4", "polytropic index of compression, for model = \"polytropic\"", "typical 1.18")),
     number!("chambers.polytropic_index", chambers.polytropic_index?, INDEX,
         facts("1", "1.0 to 1.4", "index n of p V^n = constant, for model = \"polytropic-process\"", "1 isothermal, 1.4 adiabatic, typical 1.2")),
+    number!("chambers.reference_pressure_Pa", chambers.reference_pressure_pa?, PRESSURE,
+        facts("Pa(abs)", "the pressure at rest, 4e5 to 6e5", "pressure at which the gas of the reduced model has the ambient temperature, for model = \"polytropic\"; the supply pressure if absent, as the paper prints it", "mean of the chamber pressures at rest")),
     number!("axis.inclination_deg", axis.inclination_deg, INCLINATION,
         facts("deg", "0", "angle by which the direction +x points above the horizontal (90: +x is up); the weight of the moving mass acts along it", "spirit level")),
     number!("carriage.mass_kg", carriage.mass_kg, MASS,
@@ -298,6 +303,7 @@ pub(super) struct ChoiceKey {
 }
 
 const FEEDS: [FeedsAWhen; 2] = [FeedsAWhen::AboveNull, FeedsAWhen::BelowNull];
+const EXHAUSTS: [Exhausts; 2] = [Exhausts::One, Exhausts::Two];
 const ZEROS: [PositionZero; 2] = [PositionZero::MidStroke, PositionZero::EndA];
 const MODELS: [ChamberModel; 3] = [
     ChamberModel::EnergyBalance,
@@ -324,6 +330,23 @@ pub(super) static CHOICES: &[ChoiceKey] = &[
         set: |rig, word| {
             if let Some(valve) = &mut rig.valve {
                 valve.feeds_a_when = FEEDS[word];
+            }
+        },
+    },
+    ChoiceKey {
+        name: "valve.exhausts",
+        facts: facts(
+            "",
+            "one",
+            "whether both exhaust ports share one silencer or have one each; one if absent",
+            "look at the valve: ports 3 and 5",
+        ),
+        words: &["one", "two"],
+        required: false,
+        get: |rig| place(&EXHAUSTS, &rig.valve.as_ref()?.exhausts?),
+        set: |rig, word| {
+            if let Some(valve) = &mut rig.valve {
+                valve.exhausts = Some(EXHAUSTS[word]);
             }
         },
     },

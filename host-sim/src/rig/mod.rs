@@ -213,11 +213,23 @@ pub enum FeedsAWhen {
     BelowNull,
 }
 
+/// How the valve's exhaust paths leave it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Exhausts {
+    /// Through one port.
+    #[default]
+    One,
+    /// Each through its own, as ports 3 and 5 of a 5/3 valve.
+    Two,
+}
+
 /// `[valve]`: a proportional directional valve with mirrored ports.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Valve {
     /// Which side of the null feeds chamber A.
     pub feeds_a_when: FeedsAWhen,
+    /// How the exhaust paths leave it; one port where the file does not say.
+    pub exhausts: Option<Exhausts>,
     /// Command at which both ports are shut, V.
     pub null_v: f64,
     /// Pressure ratio below which the flow is choked.
@@ -267,6 +279,8 @@ pub struct Cylinder {
 pub struct Vessel {
     /// Volume, m3.
     pub volume_m3: f64,
+    /// Surface of the wall for the heat exchange, m2; none where the file does not say.
+    pub surface_m2: Option<f64>,
 }
 
 /// `[actuator]`: a stem driven by a positioner; signals `u` (command) and `x`
@@ -308,6 +322,9 @@ pub struct Chambers {
     pub compression_index: Option<f64>,
     /// Index of the closed chamber's process.
     pub polytropic_index: Option<f64>,
+    /// Pressure at which the gas of the polytropic model has the wall's temperature, Pa
+    /// absolute; the supply pressure where the file does not say.
+    pub reference_pressure_pa: Option<f64>,
 }
 
 /// `[axis]`.

@@ -1,6 +1,6 @@
 //! A simulation as a page: one sentence, key figures, plots, parameters.
 
-use super::{Sample, Simulation};
+use super::{IntegrationError, Sample, Simulation};
 use crate::report::{Cell, Chart, ChartStack, Page, Role, Section, Series, Table, number};
 use crate::rig::{Rig, Valve, ValveTable};
 use crate::scenario::Scenario;
@@ -8,15 +8,20 @@ use crate::text::file_name;
 
 const PA_PER_BAR: f64 = 1e5;
 const MM_PER_M: f64 = 1e3;
+const UM_PER_M: f64 = 1e6;
 const MM2_PER_M2: f64 = 1e6;
 const COMMAND_HEIGHT_PX: u32 = 100;
 const PANEL_HEIGHT_PX: u32 = 170;
 
 /// The page of a simulation; the caller adds how it was made.
-pub fn page(scenario: &Scenario, simulation: &Simulation) -> Page {
+pub fn page(
+    scenario: &Scenario,
+    simulation: &Simulation,
+    error: Option<&IntegrationError>,
+) -> Page {
     let mut page = Page::new(title(scenario));
     page.lead(lead(scenario, simulation));
-    tiles(&mut page, scenario, simulation);
+    tiles(&mut page, scenario, simulation, error);
     page.section("Signals", |section| {
         if let Some(note) = simulation.note() {
             section.callout(capitalised(&note));
@@ -49,7 +54,12 @@ fn lead(scenario: &Scenario, simulation: &Simulation) -> String {
     )
 }
 
-fn tiles(page: &mut Page, scenario: &Scenario, simulation: &Simulation) {
+fn tiles(
+    page: &mut Page,
+    scenario: &Scenario,
+    simulation: &Simulation,
+    error: Option<&IntegrationError>,
+) {
     let figures = simulation.key_figures();
     let (speed_m_s, speed_at_s) = figures.peak_speed_m_s;
     let (lowest_k, lowest_at_s) = figures.lowest_temperature_k;
@@ -91,6 +101,18 @@ fn tiles(page: &mut Page, scenario: &Scenario, simulation: &Simulation) {
         "s",
         format!("of {} s", scenario.duration_s),
     );
+    if let Some(error) = error {
+        page.tile(
+            "integration error",
+            number::significant(UM_PER_M * error.position_m, 2),
+            "µm",
+            format!(
+                "and {} Pa, by a run at half the step of {} s",
+                number::significant(error.pressure_pa, 2),
+                scenario.step_s()
+            ),
+        );
+    }
 }
 
 /// The signals, one below the other.

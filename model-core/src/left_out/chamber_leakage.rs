@@ -7,6 +7,9 @@
 //! orifice       m' = flow law (1) with area A  a hole, a cracked fitting
 //! ```
 //!
+//! A is the geometric area of an orifice with the discharge coefficient (2) of the flow law:
+//! the effective area, by which leaks are often stated, is 0.82 of it.
+//!
 //! The slotted, band-sealed drive of the paper loses gas this way by design;
 //! the paper neglects it. Typical K: 0.5-5 e-16 kg/(s Pa^2). Confused with
 //! heat exchange late in a decay (the leak settles at p0, heat at a pressure

@@ -11,9 +11,11 @@
 //! the ends (which turns with the direction) and with dead volume (whose
 //! pressure shows it); strokes to the end at two speeds separate them.
 //!
-//! Implicit: the force is that of the end of the step, handed to the friction
-//! step as a force and an added mass. The scheme takes energy (a damping ratio
-//! of w dt / 2) and gives none, at every stiffness.
+//! Implicit, handed to the friction step as a force and an added mass. Within a buffer
+//! the force is that of the middle of the step: spring and mass keep their energy. In the
+//! step that enters it is the mean over the part of the step within, and one that leaves
+//! does not pull: both take energy, with the square of the step, none gives any, at every
+//! stiffness.
 
 use super::load_coupling::Reaction;
 use crate::real::Real;
@@ -52,23 +54,32 @@ impl<R: Real> ElasticBuffer<R> {
         if self.is_neutral() {
             return Reaction::NONE;
         }
-        let ahead = position_m + dt_s * velocity_m_per_s;
-        let depth = if ahead > self.high_m {
-            ahead - self.high_m
-        } else if ahead < self.low_m {
-            ahead - self.low_m
+        let half = R::from_f64(0.5);
+        let way_m = dt_s * velocity_m_per_s;
+        // The part of the step within the buffer, and the mean depth over it.
+        let (share, depth) = if self.depth_m(position_m) == R::ZERO {
+            let depth_at_end = self.depth_m(position_m + way_m);
+            (depth_at_end / way_m, depth_at_end * half)
         } else {
-            return Reaction::NONE;
+            (R::ONE, self.depth_m(position_m + way_m * half))
         };
         let force = self.stiffness_n_per_m * depth + self.damping_n_s_per_m * velocity_m_per_s;
-        let pulls = (force < R::ZERO) == (depth > R::ZERO);
-        if pulls {
+        let pushes = force * depth > R::ZERO;
+        if !pushes {
             return Reaction::NONE;
         }
+        let half_s = dt_s * half;
+        let resistance = self.stiffness_n_per_m * half_s + self.damping_n_s_per_m;
         Reaction {
-            force_n: force,
-            added_mass_kg: (self.stiffness_n_per_m * dt_s + self.damping_n_s_per_m) * dt_s,
+            force_n: share * force,
+            added_mass_kg: share * resistance * half_s,
         }
+    }
+
+    /// How far a position is within a buffer, with the sign of its side, m; 0 between them.
+    #[inline]
+    fn depth_m(&self, position_m: R) -> R {
+        (position_m - self.high_m).max(R::ZERO) + (position_m - self.low_m).min(R::ZERO)
     }
 }
 

@@ -1,8 +1,10 @@
-//! `exhaust-back-pressure`: both exhaust paths end in a silencer that lets the gas
+//! `exhaust-back-pressure`: the exhaust paths end in a silencer that lets the gas
 //! out no faster than its own resistance allows.
 //!
 //! ```text
-//! V/(R T0) pe' = m_a + m_b - m_out,   m_out = flow law (1), silencer -> surroundings, area A
+//! V/(R T0) pe' = m_in - m_out,   m_out = flow law (1), silencer -> surroundings, area A
+//! m_in = m_a + m_b               one for both paths
+//! m_in = m_a, m_in = m_b         one for each, two of a kind: a 5/3 valve with ports 3 and 5
 //! ```
 //!
 //! pe takes the place of the surroundings' pressure in the valve's exhaust paths.
@@ -11,8 +13,9 @@
 //! here, less when clogged), 20 cm3; it matters where pe rises by about 2 kPa,
 //! from 0.7 g/s through 17 mm2. Confused with a supply that droops (cosine 0.80),
 //! a tube (0.70), a leak of the chambers (-0.82) and the area of the exhaust paths;
-//! what separates is a large exhaust flow, which raises pe for both chambers alike,
-//! also for the one that does not move much gas.
+//! what separates is a large exhaust flow, which raises a common pe for both chambers
+//! alike, also for the one that does not move much gas; behind ports of their own it
+//! raises that of its chamber alone.
 //!
 //! The volume empties in 0.3-5 ms: its own state with an implicit step
 //! ([`super::volume_node`]), not a quasi-steady pressure, as that would need

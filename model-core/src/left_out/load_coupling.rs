@@ -157,6 +157,7 @@ impl<R: Real> LoadCoupling<R> {
     pub fn follow(&self, state: &mut LoadState<R>, from_m_per_s: R, to_m_per_s: R, dt_s: R) -> R {
         let before = *state;
         self.step(state, from_m_per_s, dt_s, |_| FrictionStep {
+            middle_velocity_m_per_s: (from_m_per_s + to_m_per_s) * R::from_f64(0.5),
             velocity_m_per_s: to_m_per_s,
             deflection_m: R::ZERO,
             force_n: R::ZERO,

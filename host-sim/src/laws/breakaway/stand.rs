@@ -3,7 +3,7 @@
 use super::events::{Breakaway, FIRST_WAY_M, instant};
 use super::push::{Push, Recorded};
 use model_core::carriage::Carriage;
-use model_core::friction::FrictionLevels;
+use model_core::friction::{Acting, FrictionLevels};
 use model_core::left_out::DwellStiction;
 use model_core::real::Real;
 
@@ -244,17 +244,17 @@ impl<R: Real> Stand<'_, R> {
                 break;
             }
             let at_s = R::from_f64((step as f64 + 0.5) * STEP_S);
-            let out = bristle.step_with_mass(
-                &self.held(event, velocity, deflection, age),
-                self.mass_kg,
-                velocity,
-                deflection,
-                push.at(at_s) + more_n - self.air_spring_n_per_m * way,
-                step_s,
-            );
+            let ahead_m = way + step_s * R::from_f64(0.5) * velocity;
+            let drive_n = push.at(at_s) + more_n - self.air_spring_n_per_m * ahead_m;
+            let acting = |velocity, deflection| Acting {
+                levels: self.held(event, velocity, deflection, age),
+                drive_n,
+            };
+            let out = bristle.step_with_mass(acting, self.mass_kg, velocity, deflection, step_s);
             (velocity, deflection) = (out.velocity_m_per_s, out.deflection_m);
-            age = dwell.step(age, velocity, step_s);
-            way += step_s * velocity;
+            let middle = out.middle_velocity_m_per_s;
+            age = dwell.step(age, middle, step_s);
+            way += step_s * middle;
         }
         instant_of_way(&way_m, standing_m)
     }
