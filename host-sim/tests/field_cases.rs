@@ -191,7 +191,11 @@ fn val_stamps_of_a_pc_that_jitter_are_said() {
         let inspection = look(&case, file);
         assert_eq!(inspection.faults, [], "{name}");
         let said = |note: &String| note.contains("the time stamps jitter");
-        assert!(inspection.notes.iter().any(said), "{name} {file}: {:?}", inspection.notes);
+        assert!(
+            inspection.notes.iter().any(said),
+            "{name} {file}: {:?}",
+            inspection.notes
+        );
         assert!(inspection.timing.jitter_s < 1e-6, "{name}");
     }
 }

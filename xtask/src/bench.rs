@@ -283,14 +283,6 @@ mod tests {
     }
 
     #[test]
-    fn the_other_programs_section_is_kept() {
-        assert_eq!(other_section("# Benchmarks\n\n| table |\n"), "");
-        let section = "## Work against precision\n\n| to |\n";
-        let page = format!("# Benchmarks\n\n| table |\n\n{section}");
-        assert_eq!(other_section(&page), format!("\n{section}"));
-    }
-
-    #[test]
     fn the_document_says_how_it_was_made() {
         let conditions = Conditions {
             commit: "abc".to_owned(),

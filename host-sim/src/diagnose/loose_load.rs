@@ -424,6 +424,7 @@ mod tests {
 
     /// What is there beside the load stays, what is not goes.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn prop_an_effect_beside_a_load_is_asked_for_again() {
         const ASYMMETRY: &str = "effects.direction-dependent-friction.asymmetry";
         let given = Rig::parse(RIG, "rig.toml").unwrap();

@@ -174,6 +174,7 @@ mod tests {
     /// The recordings are the model's own, with white noise: of twenty p-values one is to be
     /// below a twentieth, of six hardly two.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn prop_where_nothing_is_missing_chance_does_as_well() {
         let (rig, recordings) = drawn::read(&Request::new(2, Kind::Nothing));
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
