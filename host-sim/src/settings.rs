@@ -41,7 +41,7 @@ const NOT_ON_A_BOARD: &[(&str, &[&str], &str)] = &[
     (
         "supply-droop",
         &["gauge_before_feed"],
-        "says where a recording's gauge sat, and no law of the axis asks for that",
+        "describes the position of a gauge in a recording; no law of the axis uses it",
     ),
     (
         "position-time-skew",

@@ -115,7 +115,7 @@ impl Reading {
             let mut recorded = signals.iter().filter_map(|name| rig.signals.get(name));
             recorded
                 .find(|signal| signal.unit.dimension().si_unit() == si_unit)
-                .map(|signal| Self::of_unit(&signal.unit, 0.0).as_difference())
+                .map(|signal| Self::of_unit(&signal.unit, 0.0).for_difference())
         };
         let per_second = |base: &str| {
             let base = Self::of_quantity(rig, base);
@@ -138,7 +138,7 @@ impl Reading {
     }
 
     /// The same scale for differences.
-    fn as_difference(self) -> Self {
+    fn for_difference(self) -> Self {
         Self {
             zero_si: 0.0,
             is_gauge: false,

@@ -455,7 +455,7 @@ fn prop_a_board_started_anew_ends_the_recording() {
         |_| {},
     );
     assert!(
-        run.said.contains("ENDED EARLY: the board was started anew"),
+        run.said.contains("ENDED EARLY: the board restarted"),
         "{}",
         run.said
     );

@@ -115,7 +115,7 @@ pub enum RecorderError {
     #[error(transparent)]
     Output(#[from] io::Error),
     /// Ticks went back: the board was started anew.
-    #[error("the board was started anew after tick {0}: the recording ends there")]
+    #[error("the board restarted after tick {0}: the recording ends there")]
     Restarted(u32),
 }
 
@@ -192,7 +192,7 @@ impl<W: Write> Recorder<W> {
             self.losses.gaps += 1;
             writeln!(
                 self.out,
-                "# a row left out: the conversion of {signal} failed"
+                "# a row is missing: the conversion of {signal} failed"
             )?;
             return Ok(());
         }

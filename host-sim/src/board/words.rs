@@ -50,7 +50,7 @@ fn detail(known: &Description, detail: u8) -> String {
 
 fn way_out(fault: Fault) -> &'static str {
     if fault.is_standing() && !fault.ends_with_settings() {
-        "; nothing can be acknowledged until the board has started anew"
+        "; a fault can be acknowledged only after a restart of the board"
     } else {
         "; then `pneuma board acknowledge`"
     }
@@ -60,7 +60,7 @@ fn way_out(fault: Fault) -> &'static str {
 pub fn state(state: State) -> &'static str {
     match state {
         State::Init => "starting: the observer settles, the valve is at its null",
-        State::Idle => "idle: nothing is asked for, the valve is at its null",
+        State::Idle => "idle: axis released, valve at its null",
         State::Track => "tracking: the load follows the reference",
         State::Fault => "in fault: the valve is at its null",
     }
@@ -68,11 +68,11 @@ pub fn state(state: State) -> &'static str {
 
 fn cause(cause: ResetCause) -> &'static str {
     match cause {
-        ResetCause::Unknown => "it cannot tell why",
+        ResetCause::Unknown => "cause unknown",
         ResetCause::PowerOn => "power came",
         ResetCause::BrownOut => "its supply had dipped",
         ResetCause::Pin => "somebody pressed reset",
-        ResetCause::Software => "the application asked for it",
+        ResetCause::Software => "requested by the application",
         ResetCause::Watchdog => "the watchdog was not fed",
     }
 }

@@ -169,8 +169,8 @@ fn binned(
 /// Pressures that a misfit is shown over have the zero of the recorded ones.
 fn variable_reading(rig: &Rig, variable: &VariableShare) -> Reading {
     match variable.name {
-        "pressure" | "pressure in a" => Reading::of_signal(rig, "p_a"),
-        "pressure in b" => Reading::of_signal(rig, "p_b"),
+        "pressure" | "chamber A pressure" => Reading::of_signal(rig, "p_a"),
+        "chamber B pressure" => Reading::of_signal(rig, "p_b"),
         _ => Reading::of_quantity(rig, variable.unit),
     }
 }

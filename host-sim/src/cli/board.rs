@@ -55,9 +55,9 @@ pub enum BoardOrder {
     /// Move the load to a place and tell how near it came. The board holds it
     /// there until it is told otherwise; Ctrl-C on the way stops it.
     Move(MoveArguments),
-    /// Ask nothing of the load any more: the valve goes to its null.
+    /// Release the axis: valve to null: the valve goes to its null.
     Stop(BoardPort),
-    /// Be a board: the firmware's code before a simulated axis, to try out what
+    /// Simulate a board: the firmware's code before a simulated axis, to try out what
     /// one would do to a real one. Serves one host after the other until Ctrl-C.
     Twin(TwinArguments),
 }

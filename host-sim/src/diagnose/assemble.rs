@@ -319,7 +319,7 @@ fn implied(law: &LawDiagnosis, index: usize, place: &str, train: &[Recording]) -
             vec![signal.to_owned()]
         },
         intervals_s: spans(law, index, train),
-        when: format!("found through {found_through}"),
+        when: format!("inferred from {found_through}"),
     }
 }
 
@@ -400,7 +400,7 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     // An input that explains both chambers says more than either chamber.
     let located = law.input.as_ref().or(law.located.first())?;
     let ask =
-        |input: &locate::Located| format!("asks for another {}: {}", input.quantity, input.when);
+        |input: &locate::Located| format!("requires another {}: {}", input.quantity, input.when);
     let Some(term) = &law.term else {
         let expression = law.input.as_ref().map_or(located.when.clone(), ask);
         return as_tabled(located, expression);
@@ -412,14 +412,14 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
         Some(input) => (
             input.place,
             format!(
-                "{}; {phrase}, as tabled, leaves {left} of it in data that it was not fitted to",
+                "{}; {phrase}, as a table, reduces it to {left} in data that were not fitted",
                 ask(input)
             ),
         ),
         None => (
             term.shape.place(),
             format!(
-                "looks like {phrase}, which as tabled leaves {left} of it in data that it was not fitted to"
+                "is described by {phrase}, a table that reduces it to {left} in data that were not fitted"
             ),
         ),
     };
@@ -459,7 +459,7 @@ fn term_of_velocity(velocity: &locate::Located) -> Option<UnknownTerm> {
 /// The same beside what the laws miss.
 fn velocity_note(velocity: &locate::Located) -> String {
     format!(
-        "the recorded velocity and position contradict each other by {} m/s rms ({}); no law uses the velocity",
+        "recorded velocity and position differ by {} m/s rms ({}); no law uses the velocity",
         words::digits(velocity.rms),
         velocity.when
     )
@@ -593,11 +593,12 @@ fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String>
         let signal = output.signal;
         let times = fit.times_the_floor(signal)?;
         let left = format!(
-            "{signal}: {times:.1} times the noise floor is still unexplained on held-out data"
+            "{}: the held-out misfit is {times:.1} times the noise floor",
+            crate::signals::titled(signal)
         );
         let most = proof::windows_of_most(law, number).map(|(few, all)| {
             let window_s = rig.horizon_s();
-            format!(", nine tenths of it in {few} of {all} windows of {window_s} s")
+            format!(", 90 % of it in {few} of {all} windows of {window_s} s")
         });
         Some(left + &most.unwrap_or_default())
     };
@@ -612,7 +613,7 @@ fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String>
 fn refuted_note(law: &LawDiagnosis) -> Option<String> {
     let Refuted { what, how } = law.refuted.as_ref()?;
     Some(format!(
-        "refuted on held-out data: predictions of the {} are {how} with {what} than without; the improved rig does not hold it",
+        "refuted by held-out data: the prediction of the {} is {how} with {what} than without; the improved rig does not contain it",
         law.law.title()
     ))
 }
@@ -620,7 +621,7 @@ fn refuted_note(law: &LawDiagnosis) -> Option<String> {
 pub(super) fn unproven_note(law: &LawDiagnosis) -> Option<String> {
     law.is_unproven.then(|| {
         format!(
-            "not borne out on held-out data: predictions of the {} are worse with {} than without, by so few windows that this may be chance; the improved rig does not hold it",
+            "not confirmed by held-out data: the prediction of the {} is worse with {} than without, but in so few windows that this may be chance; the improved rig does not contain it",
             law.law.title(),
             what_was_put_in(law)
         )
@@ -648,10 +649,10 @@ fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit, train: &[Recording]) -> Ve
                 let in_the_rig = if law.is_unproven {
                     ""
                 } else {
-                    "; the improved rig holds it as if always"
+                    "; the improved rig contains it as permanent"
                 };
                 notes.push(format!(
-                    "{} is there in {share:.0} % of the time: {}{in_the_rig}",
+                    "{} is present {share:.0} % of the time: {}{in_the_rig}",
                     candidate.effect,
                     list.join(", ")
                 ));
@@ -671,7 +672,7 @@ fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit, train: &[Recording]) -> Ve
                 .collect();
             if !own.is_empty() {
                 notes.push(format!(
-                    "{} belongs to each recording and is no part of the improved rig: {}",
+                    "{} is a property of each recording and not part of the improved rig: {}",
                     candidate.effect,
                     own.join(", ")
                 ));
@@ -707,8 +708,8 @@ fn next_experiment(kind: Kind, laws: &[LawDiagnosis]) -> Option<String> {
             (!hidden.is_empty()).then(|| words::ruling_out(&hidden))
         }
         Kind::NotObservable => Some(
-            "Record the signals that a law of this rig needs: x with p_a or p_b for the chambers, \
-             x with force or both pressures for the carriage, u with x for an actuator."
+            "Record the signals that a law of this rig needs: position and a chamber pressure for the chambers, \
+             position with force or both pressures for the carriage, command and position for an actuator."
                 .into(),
         ),
         _ => None,
@@ -734,15 +735,15 @@ fn sentence(
                 format!("{name}: {}", fault.sentence)
             });
             format!(
-                "The recordings are at fault: {}{more}.",
+                "The recordings are faulty: {}{more}.",
                 text.trim_end_matches('.')
             )
         }
         Kind::NotObservable if !laws.is_empty() => {
-            "These recordings would show none of the effects that were looked for, in whatever size: nothing can be said of what is missing.".into()
+            "These recordings cannot show any effect of the list in any size: no statement about omitted physics is possible.".into()
         }
         Kind::NotObservable => {
-            "These signals drive no law of this rig: nothing can be said of its physics.".into()
+            "The recorded signals drive no law of this rig: no statement about its physics is possible.".into()
         }
         Kind::NothingMissing => nothing_missing(laws),
         Kind::Unknown => unknown_sentence(laws, missing),
@@ -752,28 +753,26 @@ fn sentence(
 
 fn beside_sentence(term: &UnknownTerm) -> String {
     format!(
-        "Something else is missing at {} that no effect of the list explains: the misfit {}.",
+        "No effect of the list explains a further misfit at {} ({}).",
         term.place, term.expression
     )
 }
 
 fn nothing_missing(laws: &[LawDiagnosis]) -> String {
     if laws.iter().any(|law| law.missed) {
-        return "Nothing material is missing: no effect makes the recordings materially better predicted."
+        return "No relevant physics is missing: no effect improves the prediction materially."
             .into();
     }
     let (silent, tried) = (shown::at_no_size(laws).len(), shown::tried(laws).len());
     let nothing = if silent == 0 {
-        "Nothing is missing".to_owned()
+        "No physics is missing".to_owned()
     } else {
         let shown = tried - silent;
         format!(
-            "Nothing is missing of the {shown} of {tried} effects that these recordings would show"
+            "No physics is missing among the {shown} of {tried} effects that these recordings can show"
         )
     };
-    format!(
-        "{nothing}: with its ordinary parameters refitted the model explains the recordings to the noise."
-    )
+    format!("{nothing}: the refitted model explains the recordings to the noise floor.")
 }
 
 fn unknown_sentence(laws: &[LawDiagnosis], missing: Option<&UnknownTerm>) -> String {
@@ -783,16 +782,16 @@ fn unknown_sentence(laws: &[LawDiagnosis], missing: Option<&UnknownTerm>) -> Str
     let mut refuted = laws.iter().filter(|law| is_refuted(law));
     if let Some(Refuted { what, .. }) = refuted.find_map(|law| law.refuted.as_ref()) {
         return format!(
-            "Something is missing, and the held-out data refute what the training data suggest: {what}."
+            "Unknown physics is missing: the held-out data refute what the training data suggest ({what})."
         );
     }
     if laws.iter().any(|law| law.is_surprised) {
         return format!(
-            "The training recordings are explained to the noise, the held-out ones are not: something acts at {place} that the training recordings do not show (the misfit {when}); train on these too."
+            "The model explains the training recordings to the noise floor, but not the held-out recordings: an effect at {place} is not excited in training (misfit: {when}); train on these recordings as well."
         );
     }
     format!(
-        "Something is missing at {place} that no effect of the list explains: the misfit {when}."
+        "Unknown physics is missing at {place}: no effect of the list explains the misfit ({when})."
     )
 }
 
@@ -804,7 +803,7 @@ fn lost_commands_note(law: &LawDiagnosis) -> Option<String> {
         .filter(|share| LOST_COMMANDS.contains(share));
     share.filter(|_| is_unexplained(law)).map(|share| {
         format!(
-            "if the valve was given commands between the rows, they would leave about {share:.1} times what the {} miss: was the command recorded as often as it was given?",
+            "commands given between the rows would cause about {share:.1} times the misfit of the {}: was the command logged as often as it was given?",
             law.law.title()
         )
     })
@@ -827,7 +826,7 @@ fn named(laws: &[LawDiagnosis], law: &LawDiagnosis) -> Vec<String> {
     let name = |evidence: &Evidence| {
         let candidate = &law.candidates[evidence.candidate];
         let now_and_then = if presence(law, evidence.candidate).is_some() {
-            ", for a part of the time"
+            ", part of the time"
         } else {
             ""
         };
@@ -846,7 +845,10 @@ fn named_sentence(laws: &[LawDiagnosis], alternatives: &[Vec<String>]) -> String
     let doubt = if rivals.is_empty() {
         String::new()
     } else {
-        format!("; these recordings cannot tell {}", rivals.join(", nor "))
+        format!(
+            "; these recordings cannot distinguish {}",
+            rivals.join(", nor ")
+        )
     };
-    format!("The model leaves out {}{doubt}.", words::list(&named))
+    format!("The model omits {}{doubt}.", words::list(&named))
 }

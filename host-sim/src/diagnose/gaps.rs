@@ -61,7 +61,7 @@ fn note(recording: &Recording, rows: &[Range<usize>]) -> String {
     };
     let gaps: Vec<String> = rows.windows(2).map(gap).collect();
     format!(
-        "{}: nothing was recorded from {}; the parts between are taken as recordings of their own, without those shorter than {SHORTEST_PART_S} s",
+        "{}: gap in the recording from {}; the parts between the gaps are used as separate recordings, parts shorter than {SHORTEST_PART_S} s are not used",
         recording.name,
         gaps.join(", ")
     )

@@ -194,10 +194,10 @@ fn in_one_number(windows: &[Window]) -> Option<String> {
     let (more, left_by_more) = explained(windows, |window| window.moved.path_m);
     let (slow_m_per_s, left_by_slow) = explained(windows, |window| window.moved.seconds);
     let which = if late_s > 0.0 { "late" } else { "early" };
-    let late = format!("came {} ms {which}", plain(1e3 * late_s.abs(), 2));
+    let late = format!("were {} ms {which}", plain(1e3 * late_s.abs(), 2));
     let gain = plain(1.0 / (1.0 + more), 3);
     let gain = format!(
-        "showed {gain} times the rate of the position (either sensor's scale may be the wrong one)"
+        "were {gain} times the rate of the position (the scale of either sensor may be wrong)"
     );
     let off = format!("were off by {} mm/s", plain(-1e3 * slow_m_per_s, 2));
     let numbers = [

@@ -42,7 +42,7 @@ pub fn screen(law: Law, tracks: &[Track<'_>], candidates: &mut Vec<Candidate>) -
         }
         if candidates.len() < before {
             reasons.push(format!(
-                "{} cannot be seen here: {varies} so little that only {:.0} % of such a force could be told from a constant one",
+                "{} is not detectable: {varies} so little that only {:.0} % of its force differs from a constant force",
                 effects.join(" and "),
                 100.0 * own
             ));

@@ -586,8 +586,8 @@ fn candidates(law: Law, rig: &Rig, tracks: &[Track<'_>], output: &Output) -> Vec
             ratio(track, own, supply_pa)
         });
     } else {
-        add("pressure in a", "Pa", &|track| signal(track, "p_a"));
-        add("pressure in b", "Pa", &|track| signal(track, "p_b"));
+        add("chamber A pressure", "Pa", &|track| signal(track, "p_a"));
+        add("chamber B pressure", "Pa", &|track| signal(track, "p_b"));
         add("pressure difference", "Pa", &difference);
     }
     add("command", command_unit, &|track| {

@@ -408,7 +408,7 @@ pub fn diagnose<E>(
         let tracks: Vec<Track<'_>> = heard.iter().map(Track::new).collect();
         law.prove(rig, &tracks, &heard);
         if law.refuted.is_some() {
-            progress("which input would explain it");
+            progress("input error that explains the misfit");
             law.ask_for_input_anew(rig, &train);
         }
         if proof::surprises(law, &heard) {
@@ -538,7 +538,7 @@ fn diagnose_law(law: Law, known: &Known<'_>, progress: &dyn Fn(&str)) -> Option<
         of_effects
     };
     if assemble::is_unexplained(&diagnosis) {
-        progress("which input would explain it");
+        progress("input error that explains the misfit");
         diagnosis.ask_for_input(&full);
     }
     Some(diagnosis)
@@ -553,7 +553,7 @@ fn tabled(
     of_effects: LawDiagnosis,
     progress: &dyn Fn(&str),
 ) -> LawDiagnosis {
-    progress("a table in the place of a law");
+    progress("table in place of a law");
     let found = unknown_term::find(full, &searched.outcome.baseline, &of_effects.improved);
     let Some((term, improved)) = found else {
         return of_effects;
@@ -582,7 +582,7 @@ fn written(
     let outcome = &searched.outcome;
     let baseline = &outcome.baseline;
     if !outcome.rivals.is_empty() {
-        progress("what to record to tell rivals apart");
+        progress("next experiment to separate the alternatives");
     }
     let next_experiment = next_experiment(full, &settled.improved, &outcome.rivals);
     let frozen = vec![
@@ -665,7 +665,7 @@ fn searched(
     };
     let mut limits = Vec::new();
     if outcome.improved.set.is_empty() && !bench.misses_plainly(&baseline) {
-        progress("what the recordings would have shown");
+        progress("detection limits");
         limits = limits::limits(&bench, &baseline);
     }
     progress("final fits");

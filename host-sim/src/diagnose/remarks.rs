@@ -28,7 +28,7 @@ pub(super) fn strayed(
         is_strayed.then(|| {
             let stated = stated(rig, key, found);
             format!(
-                "the recordings show {stated}: hardly an error of that number; physics that acts as it does would look the same"
+                "the recordings require {stated}: more than an error of the rig file; unmodelled physics with the same effect cannot be distinguished"
             )
         })
     };
@@ -64,7 +64,7 @@ pub(super) fn stood_in(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
             let is_strayed = deviations(rig, key, found, known_to)? > STRAYED;
             let stated = is_strayed.then(|| stated(rig, key, found))?;
             Some(format!(
-                "without {effect} the recordings are explained as well, with {stated}"
+                "without {effect} the model explains the recordings equally well, with {stated}"
             ))
         };
         Some(known.filter_map(note).collect::<Vec<String>>())
@@ -80,12 +80,12 @@ fn stated(rig: &Rig, key: &str, found: f64) -> String {
         rig.uncertainty_sd(key).unwrap_or(0.0),
     ];
     let [found, given, stated] = numbers.map(words::digits);
-    format!("{key} as {found} where the rig file states {given} ± {stated}")
+    format!("{key} = {found} instead of {given} ± {stated} in the rig file")
 }
 
 /// What is to be said of a rig that holds no number to be uncertain.
 pub(super) fn unrefitted(rig: &Rig) -> Option<String> {
-    let note = "the rig has no [uncertainty]: no number was refitted, and a wrong nameplate value looks like missing physics";
+    let note = "the rig file has no [uncertainty]: no parameter was refitted, so a wrong nameplate value appears as missing physics";
     rig.uncertainty.is_empty().then(|| note.to_owned())
 }
 
@@ -96,11 +96,11 @@ pub(super) fn unjudged(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
     let described = [
         (
             rig.chambers.is_some() && !judged(Law::Chambers),
-            "the valve, the chambers and the supply were not judged: that takes x, a chamber's pressure and, with a valve, u",
+            "valve, chambers and supply were not tested: this needs position, a chamber pressure and, with a valve, the command",
         ),
         (
             rig.carriage.is_some() && !moves,
-            "the carriage and its friction were not judged: that takes x with both pressures, or a force",
+            "carriage and friction were not tested: this needs position with both chamber pressures, or with a force",
         ),
     ];
     let silent = described.iter().filter(|(is_silent, _)| *is_silent);

@@ -66,17 +66,17 @@ fn weak(laws: &[LawDiagnosis]) -> impl Iterator<Item = (&Candidate, BTreeMap<Str
 pub(super) fn hidden_note(laws: &[LawDiagnosis]) -> Option<String> {
     let in_words = |(candidate, sizes): (&Candidate, BTreeMap<String, f64>)| {
         let what = words::effect_at_places(candidate.effect, candidate.form, &candidate.places);
-        format!("{what} weaker than {}", words::sizes(&sizes))
+        format!("{what} below {}", words::sizes(&sizes))
     };
     let mut hidden: Vec<String> = weak(laws).map(in_words).collect();
     let silent = at_no_size(laws).into_iter();
     let silent: Vec<String> = silent.map(|name| name.replace('-', " ")).collect();
     if !silent.is_empty() {
-        hidden.push(format!("in any size {}", words::list(&silent)));
+        hidden.push(format!("{} of any size", words::list(&silent)));
     }
     let hidden = (!hidden.is_empty()).then(|| hidden.join("; "))?;
     Some(format!(
-        "these recordings would not have shown, though it matters: {hidden}"
+        "not detectable in these recordings although relevant: {hidden}"
     ))
 }
 

@@ -68,7 +68,7 @@ pub(super) fn explained(
         if strayed.keys.is_empty() {
             break;
         }
-        progress("numbers that come out far from the rig file's");
+        progress("parameters far from their rig file values");
         let Some(relief) = strayed.relieved() else {
             break;
         };

@@ -116,7 +116,7 @@ fn inputs() -> Vec<Input> {
         ),
         input(
             "exhaust",
-            "pressure of the surroundings",
+            "ambient pressure",
             "Pa",
             &[("environment.pressure_Pa", 1.0)],
             // A silencer that chokes, or a neighbour on the same one; nothing sucks, but the
@@ -131,7 +131,7 @@ fn inputs() -> Vec<Input> {
     for shifts in [&[supply, exhaust][..], &[supply], &[exhaust]] {
         all.push(input(
             "valve-flow",
-            "share of the valve's flow",
+            "valve flow factor",
             "1",
             shifts,
             both_ways(0.7),

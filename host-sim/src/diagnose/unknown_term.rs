@@ -100,8 +100,8 @@ impl Shape {
     pub fn quantity(self) -> (&'static str, &'static str) {
         match self {
             Self::ForceOverPosition | Self::ForceOverVelocity => ("force", "N"),
-            Self::ShiftOfOpenings => ("error of the valve's opening", "V"),
-            Self::ErrorOfGauge(_) => ("error of the gauge", "Pa"),
+            Self::ShiftOfOpenings => ("valve opening error", "V"),
+            Self::ErrorOfGauge(_) => ("gauge error", "Pa"),
         }
     }
 

@@ -95,7 +95,7 @@ impl Wave {
 
     pub fn in_words(self) -> String {
         format!(
-            "up to {} um off and back every {} mm of its way",
+            "periodic: amplitude {} µm, wavelength {} mm",
             plain(1e6 * self.amplitude_m(), 2),
             plain(1e3 * self.period_m, 3)
         )

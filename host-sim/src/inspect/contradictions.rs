@@ -137,18 +137,18 @@ fn chamber(rig: &Rig, recording: &Recording, signal: &str) -> Option<Fault> {
     let bar = |pressure_pa: f64| format!("{:.2} bar absolute", pressure_pa / 1e5);
     let said = if median_pa > OVER_SUPPLY * supply_pa {
         format!(
-            "stands at {} in the median, above the supply's {}; a unit is wrong, or which pressure is which",
+            "has a median of {}, above the supply pressure of {}; a unit is wrong, or the pressure columns are exchanged",
             bar(median_pa),
             bar(supply_pa)
         )
     } else if median_pa < OVER_AMBIENT * ambient_pa {
         format!(
-            "stands at {} in the median, below the surroundings; the unit is wrong, or it is gauge pressure declared as absolute",
+            "has a median of {}, below ambient pressure; the unit is wrong, or gauge pressure is declared as absolute",
             bar(median_pa)
         )
     } else if low_pa < EXHAUSTED * ambient_pa {
         format!(
-            "falls to {}, where no exhaust leads; it may be gauge pressure declared as absolute",
+            "falls to {}, below any exhaust pressure; it may be gauge pressure declared as absolute",
             bar(low_pa)
         )
     } else {
@@ -206,15 +206,15 @@ fn signs(rig: &Rig, valve: &Valve, recording: &Recording) -> Option<Fault> {
         (false, false) => return None,
         (true, true) => (
             "p_a",
-            "and p_b seem to be exchanged: the gas takes work from the carriage, and the chamber that the valve feeds loses gas",
+            "and p_b appear to be exchanged: the gas takes work from the carriage, and the chamber fed by the valve loses gas",
         ),
         (true, false) => (
             "x",
-            "has the wrong sign, or p_a and p_b are exchanged and so is the valve: over strokes to and fro the gas takes work from the carriage (+x enlarges chamber A)",
+            "has the wrong sign, or p_a and p_b are exchanged together with the valve ports: over full cycles the gas takes work from the carriage (+x enlarges chamber A)",
         ),
         (false, true) => (
             "u",
-            "has the wrong sign, or `feeds_a_when` is wrong: the chamber that the valve feeds loses gas",
+            "has the wrong sign, or `feeds_a_when` is wrong: the chamber fed by the valve loses gas",
         ),
     };
     Some(at_odds(recording, signal, said))

@@ -117,7 +117,7 @@ impl Excitation {
     pub fn parts(&self) -> Vec<String> {
         let mut parts = Vec::new();
         if let Some(span) = self.stroke_span {
-            parts.push(format!("x spans {}", figure(span)));
+            parts.push(format!("travel {}", figure(span)));
         }
         if let Some(stick) = self.stick_fraction {
             parts.push(format!("{:.0} % at rest", stick * 100.0));
@@ -129,9 +129,9 @@ impl Excitation {
             parts.push(format!("{rests} rests"));
         }
         let spans = [
-            ("opening (V)", self.opening_span_v),
-            ("p_a/p_s", self.pressure_ratio_a),
-            ("p_b/p_s", self.pressure_ratio_b),
+            ("valve opening (V)", self.opening_span_v),
+            ("chamber A to supply pressure", self.pressure_ratio_a),
+            ("chamber B to supply pressure", self.pressure_ratio_b),
         ];
         for (name, span) in spans {
             if let Some([low, high]) = span {

@@ -258,7 +258,7 @@ mod tests {
                 let uncertainty = format!(".{key}\"");
                 line.starts_with(&format!("{key} ")) || line.contains(&uncertainty)
             };
-            !dropped.iter().any(|key| is_dropped(&key))
+            !dropped.iter().any(is_dropped)
         });
         let text: Vec<&str> = kept.collect();
         Rig::parse(&text.join("\n"), "rig.toml").expect("a rig")

@@ -377,7 +377,7 @@ mod tests {
             ..flow
         };
         assert_eq!(
-            assumed.derive(0.0, 0.98).ok().expect("areas").opening_v,
+            assumed.derive(0.0, 0.98).expect("areas").opening_v,
             [0.0, 0.3, 10.0]
         );
         assert_eq!(assumed.assumptions(0.0).len(), 2);

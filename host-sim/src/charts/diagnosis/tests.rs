@@ -90,6 +90,8 @@ fn verdict(kind: Kind, holds: Holds) -> Verdict {
         fit: Fit::default(),
         parameters: BTreeMap::new(),
         notes: holds.is_refuted.then_some(refuted).into_iter().collect(),
+        assumed: Vec::new(),
+        doubts: Vec::new(),
         seconds: 0.0,
     }
 }

@@ -118,40 +118,40 @@ impl Evidence {
             return None;
         }
         if self.is_refuted {
-            return Some("held-out recordings speak against it".into());
+            return Some("refuted by held-out recordings".into());
         }
         if self.is_alternative {
-            return Some("these recordings cannot tell it from one that is named".into());
+            return Some("indistinguishable from a named effect in these recordings".into());
         }
         if self.is_superseded {
-            return Some("it helps, but something else explains the recordings better".into());
+            return Some("another effect explains the recordings better".into());
         }
         if self.is_chance {
-            return Some("chance alone explains as much".into());
+            return Some("chance explains as much".into());
         }
         if self.folds_better.1 == 0 {
-            return Some("nothing material is left without it".into());
+            return Some("no material misfit without it".into());
         }
         let (better, folds) = self.folds_better;
         Some(if self.is_sampling {
-            "no more than the order in which a logger reads; it stays in the model".into()
+            "within the channel order of a logger; stays in the model".into()
         } else if self.at_bound {
-            "its fitted size is nought or at a bound".into()
+            "fitted size is zero or at a bound".into()
         } else if self.ratio >= 1.0 {
             format!(
-                "the recordings are predicted no better with it ({:+.1} %)",
+                "does not improve the prediction ({:+.1} %)",
                 100.0 * (self.ratio - 1.0)
             )
         } else if self.is_negligible {
-            "it is plain and too small to matter; it stays in the model".into()
+            "significant, but too small to be relevant; stays in the model".into()
         } else if self.share < MATERIAL_SHARE {
             format!(
-                "it accounts for {:.1} % of what is missing: not material",
+                "explains {:.1} % of the misfit: not material",
                 100.0 * self.share
             )
         } else {
             format!(
-                "the error falls by {:.1} % only, and in {better} of {folds} parts",
+                "reduces the error by only {:.1} %, in {better} of {folds} parts",
                 100.0 * (1.0 - self.ratio)
             )
         })

@@ -153,7 +153,7 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     let mut judge = Judge::new(bench, baseline);
     progress("each effect alone");
     let singles = judge.singles();
-    progress("refitting from where the best effects led");
+    progress("refitting from the best effects");
     if let Some(lower) = judge.lower_baseline(&singles) {
         return if bench.is_worth_a_search(&lower) {
             search(bench, &lower, progress)
@@ -163,7 +163,7 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     }
     let deepest = grow(&mut judge, singles, progress);
     let start = deepest.unwrap_or_else(|| baseline.clone());
-    progress("judging each effect by data left out of the fit");
+    progress("testing each effect on data that were not fitted");
     let (improved, kept) = eliminate(&mut judge, start);
     let (improved, kept) = settle(&mut judge, improved, kept, progress);
     let mut evidence = kept;
@@ -183,7 +183,7 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     };
     let improved = &outcome.improved;
     if !judge.is_there_always(improved) && !judge.is_noise(improved) {
-        progress("effects that are there for a part of the time");
+        progress("effects present for part of the time");
         if let Some(found) = intermittent(&mut judge, improved) {
             outcome.decline_all();
             if judge.leaves_little(&found.model) {

@@ -263,7 +263,7 @@ impl Judge<'_> {
 
     /// Effects alone, from the rig as given, that promise most beside that or beside the refit: the
     /// one is no minimum to draw straight lines from, and the other is bent around what is missing.
-    /// The right effect was among the first three by one of them in 27 of 27 cases (docs/method.md).
+    /// The right effect was among the first three by one of them in 27 of 27 cases.
     /// The others are ranked by what they promise.
     fn promising_alone<'p>(
         &mut self,
