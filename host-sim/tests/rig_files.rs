@@ -168,7 +168,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[gas]",
         "[gass]",
-        "rig.toml:7: gass: unknown section, expected one of: signals, uncertainty, controller, effects, gas, environment, supply, valve, cylinder, vessel, actuator, chambers, carriage, friction, horizon, format (did you mean \"gas\"?)",
+        "rig.toml:7: gass: unknown section, expected one of: signals, uncertainty, controller, effects, gas, environment, supply, valve, cylinder, vessel, actuator, chambers, axis, carriage, friction, horizon, format (did you mean \"gas\"?)",
     ),
     (
         "gamma = 1.4",

@@ -156,7 +156,7 @@ impl DataSheet {
         let b_from = if typical_b { "typical" } else { "data sheet" };
         let _ = writeln!(
             text,
-            "\n# {}. The area over the opening is assumed linear from the dead zone to\n# the full opening, supply and exhaust alike: no data sheet states it.",
+            "\n# {}.\n# The area over the opening is assumed linear from the dead zone to the full opening,\n# supply and exhaust alike: no data sheet states it.",
             self.valve
         );
         section_without_gap(
@@ -356,8 +356,8 @@ fn section_without_gap(text: &mut String, name: &str, lines: &[(&str, &str, &str
     }
 }
 
-/// A number to four digits, as TOML writes one.
+/// A number to six digits, as TOML writes one: an ambient pressure keeps its 101325.
 fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     format!("{rounded:?}")
 }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 use super::keys::{CHOICES, CRITICAL_RATIO, NUMBERS, ValveTable};
 use super::stated_flow::{STATED_FLOW, deviates};
@@ -185,11 +185,32 @@ fn set(table: &mut dyn TableLike, path: &[String], entry: &Entry) {
             if !table.contains_key(name) {
                 table.insert(name, new_table(rest.len() > 1));
             }
-            if let Some(inner) = table.get_mut(name).and_then(Item::as_table_like_mut) {
-                set(inner, rest, entry);
+            let item = table.get_mut(name);
+            match (item, rest) {
+                (Some(Item::Value(Value::InlineTable(inline))), [key])
+                    if !inline.contains_key(key) =>
+                {
+                    append(inline, key, value_of(entry));
+                }
+                (item, _) => {
+                    if let Some(inner) = item.and_then(Item::as_table_like_mut) {
+                        set(inner, rest, entry);
+                    }
+                }
             }
         }
     }
+}
+
+/// A key at the end of `{ ... }`: the blank before the bracket stays there.
+fn append(inline: &mut InlineTable, key: &str, mut value: Value) {
+    if let Some((_, last)) = inline.iter_mut().last() {
+        let suffix = last.decor().suffix().cloned().unwrap_or_default();
+        last.decor_mut().set_suffix("");
+        value.decor_mut().set_prefix(" ");
+        value.decor_mut().set_suffix(suffix);
+    }
+    inline.insert(key, value);
 }
 
 /// A section; one that holds sections alone has no line of its own.

@@ -321,18 +321,36 @@ mod tests {
     }
 
     #[test]
-    fn val_700_l_min_ask_for_the_area_and_conductance_computed_by_hand() {
-        // Worked by hand from both flow laws: 17.6, 16.7 and 16.0 mm2; C 2.9, 2.77 and 2.66e-8.
-        for (b, area_mm2, conductance) in [
-            (0.21, 17.6, 2.9e-8),
-            (0.29, 16.7, 2.77e-8),
-            (0.35, 16.0, 2.66e-8),
-        ] {
-            let area_m2 = derived(&nominal(700.0, b)).area_m2[2];
+    fn val_conductances_of_700_l_min_give_the_areas_computed_by_hand() {
+        // C in 1e-8 m3/(s Pa), area in mm2, both worked by hand from the two flow laws.
+        for (b, conductance, area_mm2) in
+            [(0.21, 2.9, 17.6), (0.29, 2.77, 16.7), (0.35, 2.66, 16.0)]
+        {
+            let flow = StatedFlow {
+                sonic_conductance_m3_s_pa: Some(conductance * 1e-8),
+                critical_pressure_ratio: Some(b),
+                ..StatedFlow::default()
+            };
+            let area_m2 = derived(&flow).area_m2[2];
             assert!((area_m2 * 1e6 - area_mm2).abs() < 0.1, "{b}: {area_m2}");
-            let flow_l_min = nominal_flow_of_conductance(conductance, b);
+            let flow_l_min = nominal_flow_of_conductance(conductance * 1e-8, b);
             assert!((flow_l_min / 700.0 - 1.0).abs() < 0.01, "{b}: {flow_l_min}");
         }
+    }
+
+    #[test]
+    fn prop_the_stated_nominal_flow_flows_from_6_to_5_bar() {
+        let found = derived(&nominal(700.0, 0.3));
+        let law = FlowLaw {
+            critical_pressure_ratio: 0.3,
+            laminar_pressure_ratio: 0.98,
+            flow_coefficient: Gas::new(1.4, 287.0).flow_coefficient,
+        };
+        let flow_kg_s = found.area_m2[2] * unit_area_flow(&law, 701_325.0, 601_325.0);
+        assert!(
+            (flow_kg_s * 60_000.0 / 1.185 - 700.0).abs() < 1e-9,
+            "{flow_kg_s}"
+        );
     }
 
     #[test]
