@@ -165,7 +165,7 @@ polytropic_index = 1.2
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert_eq!(said.lines().count(), 1, "{said}");
         assert!(
-            said.contains("[cylinder] stroke_m is missing (the stroke; typically"),
+            said.contains("[cylinder] stroke_m is missing (stroke; typically"),
             "{said}"
         );
     }

@@ -5,9 +5,10 @@
 mod display;
 mod needs;
 
+use crate::laws::needs::Assumed;
 use serde::Serialize;
 
-pub use needs::{Assumed, Lack, LawCheck};
+pub use needs::{Lack, LawCheck};
 
 use crate::inspect::{Inspection, SignalReport, inspect};
 use crate::recording::Recording;
@@ -81,7 +82,7 @@ impl Check {
             usable: faults.is_empty() && runs,
             rig_faults: faults.iter().map(ToString::to_string).collect(),
             laws,
-            assumed: needs::assumed(rig),
+            assumed: crate::laws::needs::assumed(rig),
             exact: exact(rig),
             recordings: Vec::new(),
         }

@@ -143,7 +143,7 @@ pub(super) fn remarks_on_rig(rig: &Rig) -> Vec<String> {
     let has = |signal: &str| rig.signals.contains(signal);
     let lacks = needs::lacks(rig, &has);
     let lacks = lacks.iter().map(|lack| format!("not run: {lack}"));
-    let assumed = needs::assumed(rig, &has);
+    let assumed = needs::assumed(rig);
     let assumed = assumed.iter().map(|one| format!("assumed: {one}"));
     lacks.chain(assumed).collect()
 }

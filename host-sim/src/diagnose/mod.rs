@@ -433,7 +433,7 @@ pub fn diagnose<E>(
     verdict.doubts = of_faults(&faults).chain(doubts).collect();
     let lacks = needs::lacks(rig, &recorded);
     notes.extend(lacks.iter().map(ToString::to_string));
-    verdict.assumed = needs::assumed(rig, &recorded);
+    verdict.assumed = needs::assumed(rig);
     notes.extend(remarks::unrefitted(rig));
     notes.extend(remarks::stood_in(rig, &laws));
     notes.extend(remarks::strayed(rig, &laws, &verdict.parameters));

@@ -6,8 +6,9 @@
 //! with that value and its source wherever the law's results are shown.
 
 use super::Law;
-use crate::model::Values;
-use crate::rig::Rig;
+use crate::effects;
+use crate::model::{Side, Values};
+use crate::rig::{ChamberModel, Rig, describe};
 use serde::Serialize;
 use std::fmt;
 
@@ -18,22 +19,24 @@ pub struct Lack {
     pub law: Law,
     /// `section.key` of the rig file.
     pub key: &'static str,
-    /// What it is.
-    pub what: &'static str,
-    /// A typical value.
-    pub typical: &'static str,
 }
 
 impl fmt::Display for Lack {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (section, key) = self.key.split_once('.').unwrap_or(("", self.key));
+        let title = self.law.title();
         write!(
             out,
-            "the {} cannot be modelled: [{section}] {key} is missing ({}; typically {})",
-            self.law.title(),
-            self.what,
-            self.typical
-        )
+            "the {title} cannot be modelled: [{section}] {key} is missing"
+        )?;
+        match describe(self.key) {
+            Some(facts) => write!(
+                out,
+                " ({}; typically {} {})",
+                facts.what, facts.typical, facts.unit
+            ),
+            None => Ok(()),
+        }
     }
 }
 
@@ -41,55 +44,27 @@ impl fmt::Display for Lack {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Assumed {
     /// `section.key` of the rig file.
-    pub key: &'static str,
-    /// Its value.
+    pub key: String,
+    /// The value in use.
     pub value: f64,
     /// Its unit.
-    pub unit: &'static str,
+    pub unit: String,
     /// Where it comes from.
-    pub why: &'static str,
+    pub why: String,
 }
 
 impl fmt::Display for Assumed {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let value = crate::text::plain(self.value, 4);
-        write!(out, "{} = {value} {}: {}", self.key, self.unit, self.why)
+        write!(out, "{} = {value} {} ({})", self.key, self.unit, self.why)
     }
 }
 
-/// A number that a law may lack: key, what it is, a typical value.
-type Need = (&'static str, &'static str, &'static str);
-
-const STROKE: Need = ("cylinder.stroke_m", "the stroke", "0.5");
-const AREAS: [Need; 2] = [
-    (
-        "cylinder.area_a_m2",
-        "the piston area on the side of chamber A",
-        "4.909e-4 for a bore of 25 mm",
-    ),
-    (
-        "cylinder.area_b_m2",
-        "the piston area on the side of chamber B",
-        "4.909e-4 for a bore of 25 mm without a rod",
-    ),
-];
-const DEAD_VOLUMES: [Need; 2] = [
-    (
-        "cylinder.dead_volume_a_m3",
-        "the volume of chamber A at its end stop, fittings and tubes included",
-        "2e-5",
-    ),
-    (
-        "cylinder.dead_volume_b_m3",
-        "the volume of chamber B at its end stop, fittings and tubes included",
-        "2e-5",
-    ),
-];
-const SUPPLY: Need = (
-    "supply.pressure_Pa",
-    "the absolute supply pressure, where no signal p_s records it",
-    "7e5",
-);
+const STROKE: &str = "cylinder.stroke_m";
+const AREAS: [&str; 2] = ["cylinder.area_a_m2", "cylinder.area_b_m2"];
+const DEAD_VOLUMES: [&str; 2] = ["cylinder.dead_volume_a_m3", "cylinder.dead_volume_b_m3"];
+const SUPPLY: &str = "supply.pressure_Pa";
+const MASS: &str = "carriage.mass_kg";
 
 /// What the laws that a rig describes and these signals drive lack.
 pub fn lacks(rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<Lack> {
@@ -98,152 +73,216 @@ pub fn lacks(rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<Lack> {
 }
 
 pub(super) fn lacks_of(law: Law, rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<Lack> {
-    needs(law, rig, has)
+    keys(law, rig, has)
         .into_iter()
-        .filter(|(key, ..)| rig.value(key).is_none())
-        .map(|(key, what, typical)| Lack {
-            law,
-            key,
-            what,
-            typical,
-        })
+        .filter(|key| rig.value(key).is_none())
+        .map(|key| Lack { law, key })
         .collect()
 }
 
-fn needs(law: Law, rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<Need> {
-    let mut needs = Vec::new();
+/// The numbers that a law needs of this rig with these signals.
+pub(crate) fn keys(law: Law, rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<&'static str> {
+    let mut keys = Vec::new();
     let recorded = ["p_a", "p_b"].map(has);
     match law {
         Law::Chambers => {
             if rig.vessel.is_none() {
-                needs.push(STROKE);
+                keys.push(STROKE);
                 // A valve joins both chambers to the same supply.
                 for side in (0..2).filter(|side| recorded[*side] || rig.valve.is_some()) {
-                    needs.extend([AREAS[side], DEAD_VOLUMES[side]]);
+                    keys.extend([AREAS[side], DEAD_VOLUMES[side]]);
                 }
             }
             if rig.valve.is_some() && !has("p_s") {
-                needs.push(SUPPLY);
+                keys.push(SUPPLY);
             }
         }
-        Law::Carriage | Law::Balance => needs.extend(AREAS),
-        Law::Force => needs.extend(
+        Law::Carriage | Law::Balance => {
+            keys.push(MASS);
+            keys.extend(AREAS);
+        }
+        Law::Force => keys.extend(
             (0..2)
                 .filter(|side| recorded[*side])
                 .map(|side| AREAS[side]),
         ),
         Law::Actuator => {}
     }
-    needs
+    keys
 }
 
-/// What the laws that run take for granted, each number once.
-pub fn assumed(rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<Assumed> {
-    let laws = Law::of(rig, has);
-    let runs = |law: Law| laws.contains(&law);
-    let mechanics = runs(Law::Force) || runs(Law::Carriage);
-    let mut all: Vec<Assumed> = Vec::new();
-    let mut assume = |is_used: bool, key: &'static str, value: f64, unit, why| {
-        if is_used && rig.value(key).is_none() {
-            all.push(Assumed {
-                key,
-                value,
-                unit,
-                why,
-            });
-        }
-    };
+/// The values that laws of this rig use though the rig does not state them.
+pub fn assumed(rig: &Rig) -> Vec<Assumed> {
+    let mut all = Vec::new();
     let values = Values::<f64> {
         rig,
         keys: &[],
         replaced: &[],
     };
-    let (gas, ambient) = (values.gas(), values.ambient());
-    let gas_matters = runs(Law::Chambers);
-    assume(
-        gas_matters,
-        "gas.gamma",
-        gas.heat_capacity_ratio,
-        "1",
-        "air",
-    );
-    assume(
-        gas_matters,
-        "gas.gas_constant_J_kgK",
-        gas.gas_constant_j_per_kg_k,
-        "J/(kg K)",
-        "air",
-    );
-    let is_gauge = rig.signals.iter().any(|(_, signal)| signal.unit.is_gauge());
-    let ambient_matters = gas_matters || runs(Law::Carriage) || is_gauge;
-    assume(
-        ambient_matters,
-        "environment.pressure_Pa",
-        ambient.pressure_pa,
-        "Pa",
-        "standard atmosphere",
-    );
-    assume(
-        gas_matters,
-        "environment.temperature_K",
-        ambient.temperature_k,
-        "K",
-        "the paper's laboratory; wall, supply and surroundings alike",
-    );
-    if gas_matters
-        && rig.cylinder.is_some()
-        && let Some(geometry) = values.geometry(crate::model::Side::A)
-    {
-        let why = "from the piston area, for the heat-exchange surface";
-        assume(true, "cylinder.bore_m", geometry.bore_m, "m", why);
+    let mut add = |key: &str, value: f64, why: &str| {
+        let unit = describe(key).map_or("1", |facts| facts.unit);
+        all.push(Assumed {
+            key: key.into(),
+            value,
+            unit: unit.into(),
+            why: why.into(),
+        });
+    };
+    if rig.gas.is_none() && rig.chambers.is_some() {
+        add(
+            "gas.gamma",
+            values.gas().heat_capacity_ratio,
+            "no [gas]: dry air",
+        );
+        add(
+            "gas.gas_constant_J_kgK",
+            values.gas().gas_constant_j_per_kg_k,
+            "no [gas]: dry air",
+        );
     }
-    let levels = values.friction_levels();
-    assume(
-        mechanics,
-        "friction.coulomb_N",
-        levels.coulomb_n,
-        "N",
-        "no dry friction is modelled",
-    );
-    assume(
-        mechanics,
-        "friction.static_N",
-        levels.static_n,
-        "N",
-        "as the Coulomb friction: no stiction beyond it is modelled",
-    );
-    assume(
-        mechanics,
-        "friction.viscous_Ns_m",
-        levels.viscous_n_s_per_m,
-        "N s/m",
-        "no viscous friction is modelled",
-    );
-    let has_dry = mechanics && levels.coulomb_n > 0.0;
-    let bristle = values.bristle();
-    assume(
-        has_dry,
-        "friction.bristle_stiffness_N_m",
-        bristle.stiffness_n_per_m,
-        "N/m",
-        "the paper's seal, its equation (9)",
-    );
-    let has_stribeck = has_dry && levels.static_n > levels.coulomb_n;
-    assume(
-        has_stribeck,
-        "friction.stribeck_velocity_m_s",
-        bristle.stribeck_velocity_m_per_s,
-        "m/s",
-        "the paper's seal, its equation (11)",
-    );
-    assume(
-        runs(Law::Force),
-        "carriage.mass_kg",
-        0.0,
-        "kg",
-        "no inertia is modelled on the bench",
-    );
+    if rig.environment.is_none() {
+        let ambient = values.ambient();
+        add(
+            "environment.pressure_Pa",
+            ambient.pressure_pa,
+            "no [environment]: standard atmosphere",
+        );
+        if rig.chambers.is_some() {
+            add(
+                "environment.temperature_K",
+                ambient.temperature_k,
+                "no [environment]: a room at 20 degC",
+            );
+        }
+    }
+    let polytropic = rig
+        .chambers
+        .as_ref()
+        .is_some_and(|one| one.model == ChamberModel::Polytropic);
+    if polytropic && rig.supply.is_none() {
+        let why =
+            "no [supply]: the reference pressure of the polytropic model is that of the paper";
+        add(
+            "supply.pressure_Pa",
+            model_core::paper::SUPPLY_PRESSURE_PA,
+            why,
+        );
+    }
+    bore(rig, &values, &mut add);
+    friction(rig, &values, &mut add);
+    if let Some(valve) = &rig.valve {
+        for (key, value, why) in valve
+            .stated_flow
+            .iter()
+            .flat_map(|flow| flow.assumptions(valve.null_v))
+        {
+            add(key, value, why);
+        }
+    }
+    of_effects(rig, &mut add);
     all
+}
+
+fn bore(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64, &str)) {
+    let exchanges_heat = rig
+        .chambers
+        .as_ref()
+        .is_some_and(|one| one.model != ChamberModel::PolytropicProcess);
+    if !exchanges_heat || rig.value("cylinder.bore_m").is_some() {
+        return;
+    }
+    let geometry = Side::BOTH
+        .into_iter()
+        .find_map(|side| values.geometry(side));
+    if let Some(geometry) = geometry.filter(|_| rig.cylinder.is_some()) {
+        add(
+            "cylinder.bore_m",
+            geometry.bore_m,
+            "not stated: from the piston area",
+        );
+    }
+}
+
+fn friction(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64, &str)) {
+    let Some(friction) = &rig.friction else {
+        if rig.carriage.is_some() {
+            add(
+                "friction.coulomb_N",
+                0.0,
+                "no [friction]: the carriage slides freely",
+            );
+        }
+        return;
+    };
+    let (levels, bristle) = (values.friction_levels(), values.bristle());
+    let stated = [
+        (
+            friction.viscous_ns_m,
+            "friction.viscous_Ns_m",
+            levels.viscous_n_s_per_m,
+            "not stated: none",
+        ),
+        (
+            friction.coulomb_n,
+            "friction.coulomb_N",
+            levels.coulomb_n,
+            "not stated: none",
+        ),
+        (
+            friction.static_n,
+            "friction.static_N",
+            levels.static_n,
+            "not stated: as coulomb_N",
+        ),
+    ];
+    let of_bristle = [
+        (
+            friction.bristle_stiffness_n_m,
+            "friction.bristle_stiffness_N_m",
+            bristle.stiffness_n_per_m,
+            "not stated: that of Meng et al. (2011)",
+        ),
+        (
+            friction.bristle_damping_ns_m,
+            "friction.bristle_damping_Ns_m",
+            bristle.damping_n_s_per_m,
+            "not stated: none",
+        ),
+        (
+            friction.stribeck_velocity_m_s,
+            "friction.stribeck_velocity_m_s",
+            bristle.stribeck_velocity_m_per_s,
+            "not stated: that of Meng et al. (2011)",
+        ),
+    ];
+    let is_dry = levels.coulomb_n > 0.0 || levels.static_n > 0.0;
+    let shown = stated
+        .into_iter()
+        .chain(of_bristle.into_iter().filter(|_| is_dry));
+    for (given, key, value, why) in shown {
+        if given.is_none() {
+            add(key, value, why);
+        }
+    }
+}
+
+/// Companions of an effect that the rig leaves out, such as the diameter of a tube.
+fn of_effects(rig: &Rig, add: &mut impl FnMut(&str, f64, &str)) {
+    for (name, parameters) in &rig.effects {
+        let catalogued = effects::effect(name).map_or(&[][..], |effect| effect.parameters);
+        for one in catalogued
+            .iter()
+            .filter(|one| !parameters.contains_key(one.key))
+        {
+            if let Some(value) = one
+                .neutral
+                .filter(|value| value.is_finite() && *value != 0.0)
+            {
+                let key = format!("effects.{name}.{}", one.key);
+                add(&key, value, "not stated: the usual value of this effect");
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -272,7 +311,7 @@ mod tests {
     fn val_a_whole_axis_lacks_and_assumes_nothing() {
         let rig = paper_without(&[]);
         assert_eq!(lacks(&rig, &is_recorded), []);
-        assert_eq!(assumed(&rig, &is_recorded), []);
+        assert_eq!(assumed(&rig), []);
         assert_eq!(Law::of(&rig, &is_recorded), [Law::Chambers, Law::Carriage]);
     }
 
@@ -284,7 +323,7 @@ mod tests {
         let said = lacks(&rig, &is_recorded)[0].to_string();
         assert_eq!(
             said,
-            "the chambers cannot be modelled: [cylinder] stroke_m is missing (the stroke; typically 0.5)"
+            "the chambers cannot be modelled: [cylinder] stroke_m is missing (stroke; typically 0.05 to 2 m)"
         );
         for key in ["area_a_m2", "area_b_m2"] {
             assert_eq!(Law::of(&paper_without(&[key]), &is_recorded), [], "{key}");
@@ -309,10 +348,7 @@ mod tests {
     fn val_what_is_not_stated_is_listed_with_its_source() {
         let mut rig = paper_without(&["viscous_Ns_m", "bore_m"]);
         (rig.gas, rig.environment) = (None, None);
-        let keys: Vec<&str> = assumed(&rig, &is_recorded)
-            .iter()
-            .map(|one| one.key)
-            .collect();
+        let keys: Vec<String> = assumed(&rig).iter().map(|one| one.key.clone()).collect();
         assert_eq!(
             keys,
             [
