@@ -13,6 +13,7 @@ use super::inputs::{
 use super::outputs::{check_outputs, write_json, write_page};
 use crate::compare::{LawComparison, compare_law};
 use crate::laws::Track;
+use crate::recording::Recording;
 
 /// Predict recordings with the rig as given and show where they part.
 #[derive(Args, Clone, Debug)]
@@ -52,7 +53,12 @@ pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), Comm
     let laws = laws(&rig)?;
     let recordings = read_recordings(&arguments.recordings, &rig)?;
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-    let remarks = remarks_on_rig(&rig);
+    let mut remarks = remarks_on_rig(&rig);
+    let read = recordings.iter();
+    remarks.extend(
+        read.flat_map(Recording::named_remarks)
+            .map(|one| format!("note: {one}")),
+    );
     for remark in &remarks {
         writeln!(out, "{remark}")?;
     }

@@ -81,7 +81,12 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
     let held_tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     let free = free_parameters(&rig, &laws, &train_tracks, &requests).map_err(bad_input)?;
     writeln!(out, "{}", headline(&train, &held_out))?;
-    let remarks = remarks_on_rig(&rig);
+    let mut remarks = remarks_on_rig(&rig);
+    let read = train.iter().chain(&held_out);
+    remarks.extend(
+        read.flat_map(Recording::named_remarks)
+            .map(|one| format!("note: {one}")),
+    );
     for remark in &remarks {
         writeln!(out, "{remark}")?;
     }

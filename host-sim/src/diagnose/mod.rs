@@ -427,7 +427,8 @@ pub fn diagnose<E>(
         .flatten();
     let improved_rig = assemble::improved_rig(given, &laws);
     let mut verdict = assemble::verdict(rig, &laws, velocity.as_ref(), &faults, &train, &held_out);
-    let mut doubts = inspect::noise_doubts(&inspections);
+    let mut doubts = remarks_on_reading(&train, &held_out);
+    doubts.extend(inspect::noise_doubts(&inspections));
     doubts.extend(remarks::at_bounds(&verdict.parameters));
     notes.extend(doubts.iter().map(|doubt| doubt.says.clone()));
     verdict.doubts = of_faults(&faults).chain(doubts).collect();
@@ -471,6 +472,23 @@ fn faults<'r>(
             inspection.faults.iter().map(named)
         })
         .collect()
+}
+
+/// What was decided or left out on reading the recordings; parts of one say it once.
+fn remarks_on_reading(train: &[Recording], held_out: &[Recording]) -> Vec<inspect::Doubt> {
+    let mut doubts: Vec<inspect::Doubt> = Vec::new();
+    for recording in train.iter().chain(held_out) {
+        let about = format!("recording {}", recording.name);
+        for says in recording.named_remarks() {
+            let is_new = doubts.iter().all(|doubt| doubt.says != says);
+            doubts.extend(is_new.then(|| inspect::Doubt {
+                about: about.clone(),
+                says,
+                p_value: None,
+            }));
+        }
+    }
+    doubts
 }
 
 /// Faults as remarks on signals.

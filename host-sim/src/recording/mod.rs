@@ -107,6 +107,13 @@ impl Recording {
         }
     }
 
+    /// What was decided or left out on reading, each remark with the file's name.
+    pub fn named_remarks(&self) -> impl Iterator<Item = String> {
+        self.remarks
+            .iter()
+            .map(|remark| format!("{}: {remark}", self.name))
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.time_s.len()
