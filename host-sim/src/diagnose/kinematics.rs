@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn val_a_gain_of_0_95_comes_out_as_it_is() {
         let located = found(&healthy(), |v| v.iter_mut().for_each(|v| *v *= 0.95)).unwrap();
-        let number = located.when.split("showed ").nth(1).unwrap();
+        let number = located.when.split("velocity were ").nth(1).unwrap();
         let gain: f64 = number.split(' ').next().unwrap().parse().unwrap();
         assert!((gain - 0.95).abs() < 0.002, "{}", located.when);
     }
@@ -308,7 +308,7 @@ mod tests {
         );
         let located = at(&rig, &recordings, false).unwrap();
         assert_eq!(located.place, "sensor.x");
-        assert!(located.when.contains("every 18."), "{}", located.when);
+        assert!(located.when.contains("wavelength 18."), "{}", located.when);
     }
 
     /// Rests under ten times the usual noise were a wave of 13 um every 1.36 mm.

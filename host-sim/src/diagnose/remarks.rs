@@ -142,6 +142,6 @@ mod tests {
         assert!(told("friction.coulomb_N", 25.0).is_empty());
         let notes = told("friction.viscous_Ns_m", 400.0);
         assert_eq!(notes.len(), 1);
-        assert!(notes[0].contains("friction.viscous_Ns_m as 400 where the rig file states 60"));
+        assert!(notes[0].contains("friction.viscous_Ns_m = 400 instead of 60"));
     }
 }

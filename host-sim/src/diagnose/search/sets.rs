@@ -419,7 +419,8 @@ mod tests {
                 best.set,
                 [drawn::tried(&bench, "slew-limit", "valve-command")]
             );
-            assert!(bench.leaves_no_more_than_a_form(&best));
+            let left = (&best.mean_square, &bench.noise);
+            assert!(bench.leaves_no_more_than_a_form(&best), "{left:?}");
         }
     }
 }

@@ -1,0 +1,117 @@
+//! Situations from the field (`../shared/cases`), as `pneuma diagnose` judges them.
+
+mod common;
+
+use serde_json::Value;
+use std::process::Command;
+
+/// The verdict on a case, trained on some files and judged by others.
+fn verdict(case: &str, train: &[&str], held_out: &[&str]) -> Option<Value> {
+    let folder = common::cases(case)?.join(case);
+    let scratch = tempfile::tempdir().expect("a folder");
+    let json = scratch.path().join("verdict.json");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pneuma"));
+    command.current_dir(folder);
+    command
+        .args(["diagnose", "--rig", "rig.toml", "--train"])
+        .args(train);
+    if !held_out.is_empty() {
+        command.arg("--held-out").args(held_out);
+    }
+    let output = command.arg("--json").arg(&json).output().expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{case}: {said}");
+    let text = std::fs::read_to_string(json).expect("written");
+    Some(serde_json::from_str(&text).expect("JSON"))
+}
+
+fn named(verdict: &Value) -> Vec<&str> {
+    let effects = verdict["effects"].as_array().expect("a list");
+    effects
+        .iter()
+        .filter_map(|one| one["effect"].as_str())
+        .collect()
+}
+
+/// The recording is at fault, the sentence says how, and no effect is named.
+fn val_fault(case: &str, train: &[&str], held_out: &[&str], said: &[&str]) {
+    let Some(verdict) = verdict(case, train, held_out) else {
+        return;
+    };
+    assert_eq!(verdict["verdict"], "data-fault", "{case}: {verdict}");
+    assert!(named(&verdict).is_empty(), "{case}");
+    let all = verdict["doubts"].to_string() + &verdict["sentence"].to_string();
+    for said in said {
+        assert!(all.contains(said), "{case}: {all} lacks {said}");
+    }
+}
+
+const ONE: (&[&str], &[&str]) = (&["train-1.csv"], &["held-1.csv"]);
+
+#[test]
+fn val_spikes_live_zeros_held_rows_and_smoothed_columns_are_data_faults() {
+    let (train, held_out) = ONE;
+    val_fault("D-emi-spikes", train, held_out, &["spike", "held-1.csv"]);
+    let live_zero = "4 to 20 mA over 10 bar";
+    val_fault("D-milliampere-live-zero", train, held_out, &[live_zero]);
+    let smoothed = ["moving average over 20 rows", "the larger counts"];
+    val_fault("D-moving-average-20ms", train, held_out, &smoothed);
+    val_fault(
+        "D-pressures-held-100Hz",
+        train,
+        held_out,
+        &["every 10 rows"],
+    );
+    val_fault(
+        "S-vented",
+        &["run1.exp"],
+        &["run2.exp"],
+        &["does not hold gas"],
+    );
+}
+
+#[test]
+fn val_the_mistake_of_a_gauge_or_a_logger_is_named() {
+    let (train, held_out) = ONE;
+    let gauge = "p_a seems to be gauge pressure declared as absolute";
+    val_fault("D-one-gauge-sensor", train, held_out, &[gauge]);
+    let late = "u seems to be logged about 5.00 ms late";
+    val_fault("D-command-logged-late", train, held_out, &[late]);
+}
+
+#[test]
+fn val_a_declared_orifice_is_refitted_and_nothing_else_is_blamed() {
+    let Some(verdict) = verdict("V-declared-orifice", &["run1.csv"], &["run2.csv"]) else {
+        return;
+    };
+    assert_eq!(verdict["verdict"], "nothing-missing", "{verdict}");
+    let found = &verdict["parameters"]["effects.chamber-leakage.orifice_a_m2"]["refitted"];
+    // The case states the effective area; the model's law has a discharge coefficient, 0.8153 to
+    // 0.83 while the flow is choked.
+    let effective_m2 = found.as_f64().expect("refitted") * 0.83;
+    assert!((effective_m2 / 3.4e-6 - 1.0).abs() < 0.03, "{effective_m2}");
+}
+
+#[test]
+fn val_a_leak_is_gap_and_hole_at_once_beside_a_gauge_zero() {
+    let Some(verdict) = verdict("V-gap-and-hole-offset", &["run.csv"], &[]) else {
+        return;
+    };
+    assert_eq!(
+        named(&verdict),
+        ["chamber-leakage", "pressure-sensor-offset"]
+    );
+    let number = |effect: usize, name: &str| {
+        let value = &verdict["effects"][effect]["parameters"][name]["value"];
+        value.as_f64().expect("a number")
+    };
+    let gap = number(0, "laminar_a_kg_s_Pa2");
+    assert!((gap / 2.07e-16 - 1.0).abs() < 0.05, "{gap}");
+    assert!((number(0, "onset_s") - 5.0).abs() < 0.05);
+    assert!((number(1, "offset_a_Pa") - 4480.0).abs() < 200.0);
+    let Some(real) = self::verdict("R-leak-020", &["run.csv"], &[]) else {
+        return;
+    };
+    assert!(named(&real).contains(&"chamber-leakage"), "{real}");
+    assert!(!named(&real).contains(&"pressure-sensor-lag"), "{real}");
+}
