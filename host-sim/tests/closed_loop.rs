@@ -289,7 +289,7 @@ fn val_a_loop_s_recording_is_read_by_the_other_commands() {
         "{told}"
     );
     let told = succeeds(&["diagnose", "--rig", &rig, "--train", &csv]);
-    assert!(told.contains("what "), "{told}");
+    assert!(told.contains("finding "), "{told}");
 }
 
 #[test]

@@ -199,7 +199,7 @@ fn val_inspect_writes_a_page() {
         &page.path(),
     ]);
     assert_eq!(output.status.code(), Some(0));
-    assert!(page.read().contains("Noise and quantum"));
+    assert!(page.read().contains("and quantum, measured and declared"));
 }
 
 /// A fitted parameter of the JSON: given, fitted, standard deviation.
@@ -237,6 +237,8 @@ fn val_p01_fit_moves_the_parameters_to_the_truth() {
         &file("held-1.csv"),
         "--json",
         &json.path(),
+        // The carriage's fit ends at a kink of stick and slip, which it says.
+        "--accept",
     ]);
     assert_eq!(output.status.code(), Some(0));
     let told: Value = serde_json::from_str(&json.read()).expect("JSON");

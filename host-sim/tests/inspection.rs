@@ -202,7 +202,7 @@ const INJECTIONS: &[(&str, Injection, &[&str], FaultKind)] = &[
         "spike",
         spike,
         &["p_a", "p_b", "p_s", "x", "v"],
-        FaultKind::Dropout,
+        FaultKind::Spike,
     ),
     ("clip", clip, &["p_a", "p_b", "v"], FaultKind::Saturated),
     ("scale", scale_by_1000, &["v", "x"], FaultKind::Inconsistent),

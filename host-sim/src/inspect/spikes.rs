@@ -57,7 +57,11 @@ pub(super) fn spikes(
 
 /// Rows of each spike and how far it stands off its neighbours' line.
 fn find(report: &SignalReport, values: &[f64], ordinary: &[bool]) -> Vec<(Run, f64)> {
-    let least = (LEAST_SCATTER_NOISE * report.noise).max(report.quantum.unwrap_or(0.0));
+    // A quiet part of a recording shows less noise than the sensor has.
+    let noise = report.noise.max(report.declared_noise.unwrap_or(0.0));
+    let least = (LEAST_SCATTER_NOISE * noise)
+        .max(report.quantum.unwrap_or(0.0))
+        .max(report.declared_resolution.unwrap_or(0.0));
     let mut found = Vec::new();
     let mut row = NEIGHBOURS;
     while row < values.len() {
