@@ -252,7 +252,7 @@ pub const DESCRIPTIONS: [Description; 20] = [
     Description {
         fault: Fault::LoopSwings,
         name: "loop swings",
-        seen: "while the reference stands still the command opens the valve by a tenth of its full \
+        seen: "while the reference stands still the command opens the valve by half of its full \
                opening, 40 times in a row one way and the other",
         detail: "0",
         remedy: "the axis answers later than the settings say: record it, `pneuma diagnose` names a \

@@ -13,8 +13,9 @@ use crate::fault::{Fault, Finding};
 use model_core::axis::Axis;
 use model_core::reference::Reference;
 
-/// A swing opens the valve by this share of its full opening either way.
-const OPEN_SHARE: f32 = 0.1;
+/// A swing opens the valve by this share of its full opening either way: far beyond the
+/// overlap, across which a sound hold may chatter.
+const OPEN_SHARE: f32 = 0.5;
 /// So many swings in a row do not die away: a loop that rings with a damping of 0.02 loses
 /// nine tenths of its amplitude over 18 periods.
 const SWINGS: u8 = 40;
