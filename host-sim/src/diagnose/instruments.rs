@@ -15,7 +15,7 @@ use super::search;
 use crate::inspect::{Fault, whole};
 use crate::laws::{Law, Track};
 use crate::recording::Recording;
-use crate::rig::{Rig, STANDARD_PRESSURE_PA};
+use crate::rig::Rig;
 use rayon::prelude::*;
 
 /// A mistake is named where undoing it leaves at most this part of the misfit above the
@@ -138,8 +138,7 @@ fn mistakes(rig: &Rig, row_s: f64) -> Vec<Mistake> {
         &["p_b"],
         &["p_s"],
     ];
-    let ambient = rig.value("environment.pressure_Pa");
-    let ambient_pa = ambient.unwrap_or(STANDARD_PRESSURE_PA);
+    let ambient_pa = rig.ambient_pressure_pa();
     let mut all: Vec<Mistake> = GAUGES
         .into_iter()
         .flat_map(|signals| of_gauges(signals, ambient_pa))

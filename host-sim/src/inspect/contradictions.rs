@@ -14,7 +14,7 @@ use super::SignalReport;
 use super::faults::{Fault, FaultKind, at_odds_as, floor};
 use super::statistics::{as_float, moved, quantile};
 use crate::recording::Recording;
-use crate::rig::{FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA, Valve};
+use crate::rig::{FeedsAWhen, PositionZero, Rig, Valve};
 
 /// Factor between speed and change of position that is no calibration error.
 const SPEED_FACTOR: f64 = 5.0;
@@ -132,7 +132,7 @@ fn chamber(rig: &Rig, recording: &Recording, signal: &str) -> Option<Fault> {
         .map(|supply| quantile_of(supply, 0.5));
     let declared_supply = rig.supply.as_ref().map(|supply| supply.pressure_pa);
     let supply_pa = recorded_supply.or(declared_supply)?;
-    let ambient_pa = ambient_pa(rig);
+    let ambient_pa = rig.ambient_pressure_pa();
     let (low_pa, median_pa) = (quantile_of(pressure, 0.01), quantile_of(pressure, 0.5));
     let bar = |pressure_pa: f64| format!("{:.2} bar absolute", pressure_pa / 1e5);
     let said = if median_pa > OVER_SUPPLY * supply_pa {
@@ -155,11 +155,6 @@ fn chamber(rig: &Rig, recording: &Recording, signal: &str) -> Option<Fault> {
         return None;
     };
     Some(at_odds(recording, signal, &said))
-}
-
-fn ambient_pa(rig: &Rig) -> f64 {
-    let declared = rig.value("environment.pressure_Pa");
-    declared.unwrap_or(STANDARD_PRESSURE_PA)
 }
 
 fn supply(rig: &Rig, recording: &Recording) -> Option<Fault> {
@@ -235,7 +230,7 @@ fn gas_work(rig: &Rig, recording: &Recording) -> Option<f64> {
     let (p_a, p_b) = (recording.signal("p_a")?, recording.signal("p_b")?);
     let areas_m2 = ["a", "b"].map(|side| rig.value(&format!("cylinder.area_{side}_m2")));
     let [area_a_m2, area_b_m2] = [areas_m2[0]?, areas_m2[1]?];
-    let ambient_pa = ambient_pa(rig);
+    let ambient_pa = rig.ambient_pressure_pa();
     let force_n =
         |row: usize| area_a_m2 * (p_a[row] - ambient_pa) - area_b_m2 * (p_b[row] - ambient_pa);
     let works = (ROWS..recording.len()).step_by(ROWS).map(|row| {

@@ -15,7 +15,7 @@ use super::faults::{Fault, FaultKind, at_odds_as};
 use super::statistics::quantile;
 use super::{BAR_PA, SignalReport};
 use crate::recording::Recording;
-use crate::rig::{PositionZero, Rig, STANDARD_PRESSURE_PA};
+use crate::rig::{PositionZero, Rig};
 
 /// Deviations of the declared supply within which two numbers agree, and beyond which they
 /// contradict each other: one in 16,000 and one in 1.7 million normal draws.
@@ -48,7 +48,7 @@ pub(super) fn supply(rig: &Rig, recording: &Recording) -> Option<Fault> {
     if agrees(read_pa, CONTRADICTS) {
         return None;
     }
-    let (what, corrected_pa) = corrections(read_pa, ambient_pa(rig))
+    let (what, corrected_pa) = corrections(read_pa, rig.ambient_pressure_pa())
         .into_iter()
         .find(|(_, corrected_pa)| agrees(*corrected_pa, AGREES))?;
     let said = format!(
@@ -100,7 +100,7 @@ pub(super) fn open_chamber(
         return None;
     }
     let share = volume_change(rig, recording, report.name == "p_a")?;
-    let ambient_pa = ambient_pa(rig);
+    let ambient_pa = rig.ambient_pressure_pa();
     let median_pa = quantile(&mut values.to_vec(), 0.5);
     let span_pa = quantile(&mut values.to_vec(), 0.99) - quantile(&mut values.to_vec(), 0.01);
     let is_open = share > VOLUME_CHANGE
@@ -138,9 +138,4 @@ fn volume_change(rig: &Rig, recording: &Recording, is_a: bool) -> Option<f64> {
     };
     let (one, other) = (volume_m3(0.01), volume_m3(0.99));
     Some(one.max(other) / one.min(other) - 1.0)
-}
-
-fn ambient_pa(rig: &Rig) -> f64 {
-    let declared = rig.value("environment.pressure_Pa");
-    declared.unwrap_or(STANDARD_PRESSURE_PA)
 }
