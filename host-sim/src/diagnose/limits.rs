@@ -131,7 +131,7 @@ impl Asked<'_> {
             return None;
         }
         let rig = bench.switched(&with.set).with_values(&with.shared_values());
-        let carriage = plant::values(&rig).carriage();
+        let carriage = Values::of(&rig).carriage();
         let load = carriage.load().0?;
         let recorded = bench.tracks.iter();
         let swung: Option<Vec<(Recording, Motion)>> = recorded

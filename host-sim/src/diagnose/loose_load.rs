@@ -348,7 +348,7 @@ mod tests {
     /// 6 s of a carriage with a loose load under a drive that reverses hard.
     fn recorded(rig: &Rig, pace: f64) -> Recording {
         let area_m2 = 4.909e-4;
-        let values = plant::values(rig);
+        let values = Values::of(rig);
         let (carriage, levels) = (values.carriage(), values.friction_levels());
         let drive_n =
             |time_s: f64| 90.0 * (12.0 * pace * time_s).sin() + 40.0 * (31.0 * pace * time_s).sin();

@@ -28,7 +28,7 @@ mod world;
 pub use converters::{Seen, seen, valve_v};
 pub use event::{Change, Event};
 pub use world::{Sample, World};
-pub(crate) use world::{axis, equilibrium_pa, supply_pressure_pa, values};
+pub(crate) use world::{axis, equilibrium_pa, supply_pressure_pa};
 
 use crate::model::{AxisFault, Side};
 use crate::rig::Rig;

@@ -55,7 +55,7 @@ impl World {
     /// The rig's axis in a state.
     pub fn new(rig: &Rig, axis: Axis<f64>, state: AxisState<f64>, supply_pressure_pa: f64) -> Self {
         Self {
-            gauges_regulator: values(rig).gauge_before_feed(),
+            gauges_regulator: Values::of(rig).gauge_before_feed(),
             leak_onset_s: leak_onset_s(rig),
             leaks: (axis.pneumatics.leak_a, axis.pneumatics.leak_b),
             axis,
@@ -110,18 +110,9 @@ impl World {
     }
 }
 
-/// The rig's numbers, none replaced.
-pub(crate) fn values(rig: &Rig) -> Values<'_, f64> {
-    Values {
-        rig,
-        keys: &[],
-        replaced: &[],
-    }
-}
-
 /// The rig's axis for steps of `step_s`.
 pub(crate) fn axis(rig: &Rig, step_s: f64) -> Result<Axis<f64>, AxisFault> {
-    let axis = values(rig).axis(step_s)?;
+    let axis = Values::of(rig).axis(step_s)?;
     check_delay(rig, &axis)?;
     Ok(axis)
 }
@@ -134,7 +125,7 @@ pub(crate) fn supply_pressure_pa(rig: &Rig) -> Result<f64, AxisFault> {
 
 /// A delay longer than the model's memory would be cut in silence.
 fn check_delay(rig: &Rig, axis: &Axis<f64>) -> Result<(), AxisFault> {
-    let delay_s = values(rig).valve_delay().delay_s;
+    let delay_s = Values::of(rig).valve_delay().delay_s;
     let longest_s = (DELAY_CAPACITY - 2) as f64 * axis.dt_s;
     if delay_s <= longest_s {
         return Ok(());
@@ -152,7 +143,7 @@ fn check_delay(rig: &Rig, axis: &Axis<f64>) -> Result<(), AxisFault> {
 
 /// Time at which the leaks of the chambers open, s.
 fn leak_onset_s(rig: &Rig) -> f64 {
-    values(rig).effect("chamber-leakage", "onset_s", f64::NEG_INFINITY)
+    Values::of(rig).effect("chamber-leakage", "onset_s", f64::NEG_INFINITY)
 }
 
 /// The pressure at which the valve at its null lets in as much as it and the

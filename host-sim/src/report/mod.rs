@@ -53,7 +53,6 @@ mod chart;
 pub mod decimate;
 pub mod escape;
 mod matrix;
-pub mod number;
 mod page;
 mod table;
 
@@ -62,6 +61,7 @@ mod tests;
 
 pub use bars::BarChart;
 pub use chart::{Chart, ChartStack, Role, Series};
+pub use grey_box::number;
 pub use matrix::Matrix;
 pub use page::{Page, Provenance, Section};
 pub use table::{Cell, Table};

@@ -25,7 +25,7 @@ pub use sensors::recorded;
 pub use crate::plant::Sample;
 
 use crate::model::{AxisFault, Side};
-use crate::plant::{World, axis, equilibrium_pa, supply_pressure_pa, values};
+use crate::plant::{World, axis, equilibrium_pa, supply_pressure_pa};
 use crate::rig::RigError;
 use crate::scenario::{Scenario, stroke_range_m};
 use model_core::axis::{Axis, AxisState};

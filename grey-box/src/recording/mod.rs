@@ -29,7 +29,7 @@ mod write;
 use std::collections::BTreeMap;
 
 pub use error::RecordingError;
-pub(crate) use write::arrange;
+pub use write::arrange;
 pub use write::{Output, Table};
 
 /// The largest number of rows that is read. At eight signals it is 1.4 GB.

@@ -65,7 +65,7 @@ impl Motion {
 
 /// Least-squares quadratic about `centre`: value, slope and curvature there.
 /// Fewer than three rows give a line or a constant.
-pub(crate) fn local_quadratic(time_s: &[f64], values: &[f64], centre: f64) -> [f64; 3] {
+pub fn local_quadratic(time_s: &[f64], values: &[f64], centre: f64) -> [f64; 3] {
     if time_s.len() < 3 {
         let slope = if time_s.len() == 2 {
             (values[1] - values[0]) / (time_s[1] - time_s[0])
@@ -107,7 +107,7 @@ pub(crate) fn local_quadratic(time_s: &[f64], values: &[f64], centre: f64) -> [f
 
 /// Standard deviation of white noise in a smooth signal, from its third
 /// differences (their variance is 20 times the noise's).
-pub(crate) fn white_noise(values: &[f64]) -> f64 {
+pub fn white_noise(values: &[f64]) -> f64 {
     let mut squares: Vec<f64> = values
         .windows(4)
         .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2))
@@ -134,12 +134,12 @@ fn spread(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-pub(crate) fn median_step_s(time_s: &[f64]) -> f64 {
+pub fn median_step_s(time_s: &[f64]) -> f64 {
     let steps = time_s.windows(2).map(|w| w[1] - w[0]);
     median(steps.collect()).unwrap_or(1.0)
 }
 
-pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

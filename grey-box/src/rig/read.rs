@@ -102,7 +102,7 @@ impl Rig {
     }
 
     /// Reads a rig that stands as a table inside of another file's text.
-    pub(crate) fn from_table(table: &DeTable, text: &str, name: &str) -> Result<Self, RigError> {
+    pub fn from_table(table: &DeTable, text: &str, name: &str) -> Result<Self, RigError> {
         let mut reader = Reader::new(text, name);
         reader.read(table, &effects::check);
         match reader.faults.is_empty() {
@@ -112,7 +112,7 @@ impl Rig {
     }
 }
 
-pub(crate) fn read_text(path: &Path, name: &str, kind: &str) -> Result<String, RigError> {
+pub fn read_text(path: &Path, name: &str, kind: &str) -> Result<String, RigError> {
     let error = |problem: String| RigError {
         file: name.into(),
         line: None,
@@ -928,7 +928,7 @@ impl<'t> Reader<'t> {
 }
 
 /// The line, from 1, that holds the byte at `offset`.
-pub(crate) fn line_at(text: &str, offset: usize) -> usize {
+pub fn line_at(text: &str, offset: usize) -> usize {
     let before = &text.as_bytes()[..offset.min(text.len())];
     1 + before.iter().filter(|byte| **byte == b'\n').count()
 }
@@ -966,7 +966,7 @@ const ABSOLUTE_DEVIATION: Limits = Limits {
     expected: "a standard deviation in volts, 0 to 1000",
 };
 
-pub(crate) fn numeric(entry: &Entry) -> Option<f64> {
+pub fn numeric(entry: &Entry) -> Option<f64> {
     match entry.get_ref() {
         DeValue::Float(float) => float.as_str().parse().ok(),
         DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
@@ -982,7 +982,7 @@ fn whole_as_float(integer: i64) -> f64 {
 }
 
 /// What stands there, for an error line.
-pub(crate) fn shown(entry: &Entry) -> String {
+pub fn shown(entry: &Entry) -> String {
     match entry.get_ref() {
         DeValue::String(text) => format!("the text \"{}\"", one_line(text)),
         DeValue::Integer(integer) => one_line(integer.as_str()),

@@ -16,7 +16,7 @@ use std::ops::Range;
 /// The seal counts as sliding from this many Stribeck velocities on.
 const SLIDING: f64 = 3.0;
 /// A smoothed velocity below this is noise (some 0.3 mm/s): the carriage stands.
-pub(crate) const STANDING_M_PER_S: f64 = 1e-3;
+pub const STANDING_M_PER_S: f64 = 1e-3;
 /// Ways of forgetting after which nothing of the age is left: exp(-10).
 const FORGOTTEN_WAYS: f64 = 10.0;
 /// A longer stand is followed in this many steps.

@@ -3,14 +3,14 @@
 /// SplitMix64 (Steele, Lea, Flood 2014): 64 bits of state, passes BigCrush,
 /// enough for the noise of a recording.
 #[derive(Clone, Debug)]
-pub(crate) struct Noise {
+pub struct Noise {
     state: u64,
 }
 
 impl Noise {
     /// A sequence of its own for each stream of a seed, so that one signal's
     /// noise does not depend on which others there are.
-    pub(crate) fn new(seed: u64, stream: u64) -> Self {
+    pub fn new(seed: u64, stream: u64) -> Self {
         let mut mixer = Self {
             state: stream.wrapping_mul(0xD1B5_4A32_D192_ED03),
         };
@@ -34,7 +34,7 @@ impl Noise {
 
     /// Normal with mean 0 and deviation 1: Marsaglia's polar method, with the
     /// functions of `libm` for the sake of equal bytes.
-    pub(crate) fn normal(&mut self) -> f64 {
+    pub fn normal(&mut self) -> f64 {
         loop {
             let (x, y) = (self.uniform(), self.uniform());
             let square = x * x + y * y;

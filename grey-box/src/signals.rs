@@ -15,11 +15,11 @@ use crate::units::{Dimension, Unit};
 
 /// The scale on which a quantity is shown.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Reading {
+pub struct Reading {
     /// The unit of a difference; an absolute pressure has the same.
-    pub(crate) unit: String,
+    pub unit: String,
     /// How many of that unit make one of SI.
-    pub(crate) per_si: f64,
+    pub per_si: f64,
     /// The SI value that is shown as zero.
     zero_si: f64,
     /// Whether it counts from the ambient pressure.
@@ -27,7 +27,7 @@ pub(crate) struct Reading {
 }
 
 /// The name of a signal in a sentence.
-pub(crate) fn spoken(signal: &str) -> &str {
+pub fn spoken(signal: &str) -> &str {
     match signal {
         "t" => "time",
         "u" => "valve command",
@@ -50,7 +50,7 @@ pub(crate) fn spoken(signal: &str) -> &str {
 }
 
 /// The name of a signal at the begin of a sentence or a heading.
-pub(crate) fn titled(signal: &str) -> String {
+pub fn titled(signal: &str) -> String {
     let name = spoken(signal);
     if name == signal {
         // A column's or an unnamed signal's own spelling stays.
@@ -97,7 +97,7 @@ impl Reading {
     }
 
     /// Of a signal of this rig; one that it does not record is shown as others of its kind.
-    pub(crate) fn of_signal(rig: &Rig, signal: &str) -> Self {
+    pub fn of_signal(rig: &Rig, signal: &str) -> Self {
         let recorded = rig.signals.get(signal).map(|one| &one.unit);
         let dimension = signal_dimension(signal, recorded.map(Unit::dimension));
         match recorded {
@@ -110,7 +110,7 @@ impl Reading {
     }
 
     /// Of a quantity with this SI unit that is no signal, or an error of one: differences.
-    pub(crate) fn of_quantity(rig: &Rig, si_unit: &str) -> Self {
+    pub fn of_quantity(rig: &Rig, si_unit: &str) -> Self {
         let like = |signals: &[&str]| {
             let mut recorded = signals.iter().filter_map(|name| rig.signals.get(name));
             recorded
@@ -147,17 +147,17 @@ impl Reading {
     }
 
     /// A value of the signal, as shown.
-    pub(crate) fn value(&self, si: f64) -> f64 {
+    pub fn value(&self, si: f64) -> f64 {
         (si - self.zero_si) * self.per_si
     }
 
     /// A difference of two values, an error, a deviation, as shown.
-    pub(crate) fn difference(&self, si: f64) -> f64 {
+    pub fn difference(&self, si: f64) -> f64 {
         si * self.per_si
     }
 
     /// The words that an axis adds to the quantity: pressures say what they count from.
-    pub(crate) fn reference(&self, signal: &str) -> &'static str {
+    pub fn reference(&self, signal: &str) -> &'static str {
         match (signal.starts_with("p_"), self.is_gauge) {
             (true, true) => ", gauge",
             (true, false) => ", absolute",

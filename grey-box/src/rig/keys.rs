@@ -26,7 +26,7 @@ pub struct Facts {
     pub source: &'static str,
 }
 
-pub(crate) const fn facts(
+pub const fn facts(
     unit: &'static str,
     typical: &'static str,
     what: &'static str,
@@ -85,7 +85,7 @@ pub(super) fn section_names() -> impl Iterator<Item = &'static str> {
 }
 
 /// What a number may be, and how a line says so.
-pub(crate) struct Limits {
+pub struct Limits {
     pub low: f64,
     pub high: f64,
     /// Whether `low` itself is admitted.
@@ -96,14 +96,14 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    pub(crate) fn admit(&self, value: f64) -> bool {
+    pub fn admit(&self, value: f64) -> bool {
         let above = value > self.low || (self.low_included && value >= self.low);
         let below = value < self.high || (self.high_included && value <= self.high);
         above && below
     }
 }
 
-pub(crate) const fn limits(low: f64, high: f64, expected: &'static str) -> Limits {
+pub const fn limits(low: f64, high: f64, expected: &'static str) -> Limits {
     Limits {
         low,
         high,
@@ -113,7 +113,7 @@ pub(crate) const fn limits(low: f64, high: f64, expected: &'static str) -> Limit
     }
 }
 
-pub(crate) const fn positive(high: f64, expected: &'static str) -> Limits {
+pub const fn positive(high: f64, expected: &'static str) -> Limits {
     Limits {
         low: 0.0,
         high,
@@ -136,14 +136,14 @@ const GAMMA: Limits = limits(
     "a ratio of specific heats between 1 and 2 (air: 1.4)",
 );
 const GAS_CONSTANT: Limits = limits(50.0, 5000.0, "J/(kg K) between 50 and 5000 (air: 287)");
-pub(crate) const PRESSURE: Limits = limits(
+pub const PRESSURE: Limits = limits(
     1e4,
     1e8,
     "absolute Pa between 10 kPa and 100 MPa (is this bar, kPa or a gauge pressure?)",
 );
-pub(crate) const TEMPERATURE: Limits =
+pub const TEMPERATURE: Limits =
     limits(100.0, 1000.0, "kelvin between 100 and 1000 (is this degC?)");
-pub(crate) const COMMAND: Limits = limits(-1000.0, 1000.0, "volts between -1000 and 1000");
+pub const COMMAND: Limits = limits(-1000.0, 1000.0, "volts between -1000 and 1000");
 const STROKE: Limits = positive(100.0, "metres above 0 and at most 100 (is this mm?)");
 const BORE: Limits = positive(2.0, "metres above 0 and at most 2 (is this mm?)");
 const PISTON_AREA: Limits = positive(3.0, "m2 above 0 and at most 3 (is this cm2 or mm2?)");

@@ -12,7 +12,7 @@ const STEPS_BACK: usize = 4;
 
 /// The gauge of one chamber: off by so much, `p_shown = p + offset + error(p)`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Gauge<R> {
+pub struct Gauge<R> {
     /// `effects.pressure-sensor-offset`, Pa.
     offset_pa: R,
     /// `effects.unknown-reading`: first and last knot, and the error at each, Pa.

@@ -1,6 +1,6 @@
 //! Writes the generated references of the rig file: `docs/rig.md` and `docs/rig.schema.json`.
 
-use host_sim::rig::reference;
+use grey_box::rig::reference;
 use std::path::Path;
 
 fn main() -> std::io::Result<()> {

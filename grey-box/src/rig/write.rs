@@ -171,7 +171,7 @@ pub(super) fn bare_or_quoted(key: &str) -> String {
 }
 
 /// A TOML basic string.
-pub(crate) fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     let mut shown = String::from("\"");
     for character in text.chars() {
         match character {

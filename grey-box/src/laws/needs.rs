@@ -81,7 +81,7 @@ pub(super) fn lacks_of(law: Law, rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<L
 }
 
 /// The numbers that a law needs of this rig with these signals.
-pub(crate) fn keys(law: Law, rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<&'static str> {
+pub fn keys(law: Law, rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<&'static str> {
     let mut keys = Vec::new();
     let recorded = ["p_a", "p_b"].map(has);
     match law {
@@ -289,7 +289,7 @@ fn of_effects(rig: &Rig, add: &mut impl FnMut(&str, f64, &str)) {
 mod tests {
     use super::*;
 
-    const PAPER: &str = include_str!("../../rigs/paper.toml");
+    const PAPER: &str = include_str!("../../../host-sim/rigs/paper.toml");
 
     fn paper_without(dropped: &[&str]) -> Rig {
         let kept = PAPER.lines().filter(|line| {

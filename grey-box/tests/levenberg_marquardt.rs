@@ -1,7 +1,7 @@
 //! The least-squares solver against SciPy, against NIST's certified values, and
 //! its own promises.
 
-use host_sim::fit::{
+use grey_box::fit::{
     Fit, FitError, LeastSquares, NoiseVariance, NormalEquations, Options, Parameter, Reason,
     ResidualSums, RowWeighting, solve,
 };

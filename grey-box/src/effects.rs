@@ -396,7 +396,7 @@ pub fn is_unnamed(name: &str) -> bool {
 }
 
 /// Whether a law may read this key and take this value for an absent one.
-pub(crate) fn is_catalogued(name: &str, key: &str, neutral: f64) -> bool {
+pub fn is_catalogued(name: &str, key: &str, neutral: f64) -> bool {
     effect(name)
         .and_then(|effect| effect.parameter(key))
         .and_then(|parameter| parameter.neutral)

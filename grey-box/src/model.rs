@@ -98,7 +98,7 @@ pub struct AxisFault {
 
 impl AxisFault {
     /// A key or a section that the rig does not have.
-    pub(crate) fn missing(key: &str) -> Self {
+    pub fn missing(key: &str) -> Self {
         let what = if key.contains('.') {
             "a value"
         } else {
@@ -133,6 +133,17 @@ pub struct Values<'a, R> {
     pub keys: &'a [String],
     /// What they are replaced by, in the order of `keys`.
     pub replaced: &'a [R],
+}
+
+impl<'a> Values<'a, f64> {
+    /// The rig's numbers, none replaced.
+    pub fn of(rig: &'a Rig) -> Self {
+        Self {
+            rig,
+            keys: &[],
+            replaced: &[],
+        }
+    }
 }
 
 impl<R: Real> Values<'_, R> {

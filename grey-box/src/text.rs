@@ -4,17 +4,17 @@
 const QUOTED_CHARACTERS: usize = 60;
 
 /// Shows `text` on one line: control characters escaped, long text cut.
-pub(crate) fn one_line(text: &str) -> String {
+pub fn one_line(text: &str) -> String {
     escape(text, QUOTED_CHARACTERS)
 }
 
 /// Shows a file name on one line; file names may hold line breaks.
-pub(crate) fn file_name(path: &str) -> String {
+pub fn file_name(path: &str) -> String {
     escape(path, usize::MAX)
 }
 
 /// A fitted number to nine digits: more than a recording tells or an `f32` holds, and to be read.
-pub(crate) fn rounded(value: f64) -> f64 {
+pub fn rounded(value: f64) -> f64 {
     format!("{value:.8e}").parse().unwrap_or(value)
 }
 
@@ -41,7 +41,7 @@ fn breaks_a_line(character: char) -> bool {
 }
 
 /// The known name closest to `word`, when it is close enough to be a slip.
-pub(crate) fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// Below this Jaro-Winkler similarity a suggestion confuses more than it
     /// helps (1 is equal).
     const SLIP: f64 = 0.8;
@@ -55,12 +55,12 @@ pub(crate) fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) 
 }
 
 /// `one of: a, b, c (did you mean "b"?)` for a word that is not among `known`.
-pub(crate) fn expected_one_of(word: &str, known: &[&str]) -> String {
+pub fn expected_one_of(word: &str, known: &[&str]) -> String {
     format!("one of: {}{}", known.join(", "), did_you_mean(word, known))
 }
 
 /// ` (did you mean "b"?)` when a known name is close, or nothing.
-pub(crate) fn did_you_mean(word: &str, known: &[&str]) -> String {
+pub fn did_you_mean(word: &str, known: &[&str]) -> String {
     closest(word, known.iter().copied())
         .map(|name| format!(" (did you mean \"{}\"?)", one_line(name)))
         .unwrap_or_default()
@@ -68,7 +68,7 @@ pub(crate) fn did_you_mean(word: &str, known: &[&str]) -> String {
 
 /// A number with so many significant digits in plain characters, to be read or
 /// copied: decimals between 0.001 and a million, a power of ten beyond.
-pub(crate) fn plain(value: f64, digits: usize) -> String {
+pub fn plain(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "-".into();
     }
@@ -87,13 +87,13 @@ pub(crate) fn plain(value: f64, digits: usize) -> String {
 /// Rows of text in columns: the first aligned left, the others right, a last
 /// one without a heading left again.
 #[derive(Clone, Debug)]
-pub(crate) struct Columns {
+pub struct Columns {
     indent: usize,
     rows: Vec<Vec<String>>,
 }
 
 impl Columns {
-    pub(crate) fn new(indent: usize, headings: &[&str]) -> Self {
+    pub fn new(indent: usize, headings: &[&str]) -> Self {
         let headings = headings.iter().map(|heading| (*heading).to_owned());
         Self {
             indent,
@@ -101,7 +101,7 @@ impl Columns {
         }
     }
 
-    pub(crate) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         self.rows.push(cells.into_iter().collect());
     }
 

@@ -3,7 +3,7 @@
 //! A signal stands in the rig's column and unit; one that the rig does not name
 //! stands in SI under the name given with it.
 
-use crate::report::number::Rounding;
+use crate::number::Rounding;
 use crate::rig::{Column, Rig, RigError};
 use std::io::{self, Write};
 
@@ -64,7 +64,7 @@ impl Table {
 /// The columns in their order: name in the header, place among the `offered`
 /// ones, which are pairs of signal and the name where the rig does not say.
 /// Numbered ones stand where the rig says, the others in the places left.
-pub(crate) fn arrange(
+pub fn arrange(
     rig: &Rig,
     rig_name: &str,
     offered: &[(&str, &str)],

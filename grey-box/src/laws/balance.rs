@@ -154,7 +154,7 @@ fn or_infinite<R: Real>(residual: R) -> R {
 /// The gas force at each break-away of a recording, in its direction, N: about the static
 /// level, whatever a rig file says of that.
 pub(super) fn break_away_forces_n(rig: &Rig, track: &Track<'_>) -> Vec<f64> {
-    let values = crate::plant::values(rig);
+    let values = Values::of(rig);
     let Some(pressures) = PressureReading::new(&values, track) else {
         return Vec::new();
     };

@@ -32,14 +32,14 @@ mod write;
 use std::collections::BTreeMap;
 
 pub use error::{EffectFault, RigError, UnknownKey};
-pub(crate) use keys::{COMMAND, Limits, PRESSURE, TEMPERATURE, facts, limits, positive};
+pub use keys::{COMMAND, Limits, PRESSURE, TEMPERATURE, facts, limits, positive};
 pub use keys::{Facts, ValveTable, describe, key_bounds, numeric_keys};
 pub use read::EffectCheck;
-pub(crate) use read::{line_at, numeric, read_text, shown};
+pub use read::{line_at, numeric, read_text, shown};
 
 pub use signals::signal_dimension;
 pub use stated_flow::{StatedFlow, nominal_flow_of_conductance};
-pub(crate) use write::quoted;
+pub use write::quoted;
 
 use crate::units::Unit;
 

@@ -23,10 +23,10 @@ use crate::rig::Rig;
 use model_core::real::Real;
 use std::ops::Range;
 
-pub(crate) use carriage_history::STANDING_M_PER_S;
+pub use carriage_history::STANDING_M_PER_S;
 pub use motion::Motion;
-pub(crate) use motion::{median, median_step_s, white_noise};
-pub(crate) use pressure_reading::read_pressures_pa;
+pub use motion::{median, median_step_s, white_noise};
+pub use pressure_reading::read_pressures_pa;
 
 /// Which rows an initial state may be estimated from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -363,7 +363,7 @@ impl<'a> Track<'a> {
     }
 
     /// Time from a row to the next, s.
-    pub(crate) fn dt_s(&self, row: usize) -> f64 {
+    pub fn dt_s(&self, row: usize) -> f64 {
         self.recording.time_s[row + 1] - self.recording.time_s[row]
     }
 }

@@ -16,9 +16,9 @@ use thiserror::Error;
 use crate::text::{expected_one_of, one_line};
 
 /// Density of air at the ANR reference, ISO 8778.
-pub(crate) const ANR_DENSITY_KG_M3: f64 = 1.185;
+pub const ANR_DENSITY_KG_M3: f64 = 1.185;
 /// Standard gravity, exact by definition (CGPM 1901).
-pub(crate) const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
+pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 /// International inch, exact by definition.
 const INCH_M: f64 = 0.0254;
 /// Avoirdupois pound, exact by definition.
@@ -235,7 +235,7 @@ impl fmt::Display for Unit {
 }
 
 /// All spellings of units but the pressures', for a reader.
-pub(crate) fn spellings() -> String {
+pub fn spellings() -> String {
     let quoted: Vec<String> = PLAIN.iter().map(|row| format!("`{}`", row.0)).collect();
     quoted.join(", ")
 }
@@ -304,7 +304,7 @@ fn reference_missing(spelling: &str, name: &str) -> UnitError {
 /// A unit as a logger writes it above a column: brackets around it are fine, and a pressure need
 /// not say absolute or gauge.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Written {
+pub struct Written {
     unit: Unit,
     /// False for a pressure that does not say absolute or gauge.
     has_reference: bool,
@@ -312,7 +312,7 @@ pub(crate) struct Written {
 
 impl Written {
     /// `None` for a text that is no unit.
-    pub(crate) fn read(text: &str) -> Option<Self> {
+    pub fn read(text: &str) -> Option<Self> {
         let bare = text
             .trim()
             .trim_matches(['[', ']', '(', ')', '<', '>', '{', '}']);
@@ -330,13 +330,13 @@ impl Written {
     }
 
     /// Whether both measure the same kind of quantity.
-    pub(crate) fn measures_as(&self, rig: &Unit) -> bool {
+    pub fn measures_as(&self, rig: &Unit) -> bool {
         self.unit.dimension == rig.dimension
     }
 
     /// Whether it cannot be the rig's unit. A rig that scales may start from another unit (volts
     /// of a sensor), or have the factor between two units as its scale.
-    pub(crate) fn contradicts(&self, rig: &Unit, scale: Option<f64>) -> bool {
+    pub fn contradicts(&self, rig: &Unit, scale: Option<f64>) -> bool {
         let same = |factor: f64| (self.unit.factor / factor - 1.0).abs() < 1e-9;
         if self.unit.dimension != rig.dimension {
             return scale.is_none();

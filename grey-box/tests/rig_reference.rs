@@ -1,6 +1,6 @@
 //! The generated references of the rig file are those of the table of keys.
 
-use host_sim::rig::{Rig, reference};
+use grey_box::rig::{Rig, reference};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ fn regress_the_committed_references_are_the_generated_ones() {
         let committed = fs::read_to_string(document(name)).unwrap_or_default();
         assert!(
             committed == generated,
-            "docs/{name} is not the generated one: cargo run -p host-sim --example rig_reference"
+            "docs/{name} is not the generated one: cargo run -p grey-box --example rig_reference"
         );
     }
 }

@@ -12,7 +12,7 @@ const SLOPE_REACH: usize = 1;
 
 /// Both pressures of a recording, Pa absolute, with what the rig holds of their sensors taken
 /// back; none where one was not recorded.
-pub(crate) fn read_pressures_pa(rig: &Rig, track: &Track<'_>) -> Option<[Vec<f64>; 2]> {
+pub fn read_pressures_pa(rig: &Rig, track: &Track<'_>) -> Option<[Vec<f64>; 2]> {
     let values = Values::<f64> {
         rig,
         keys: &[],
