@@ -93,6 +93,7 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// Columns with these headings, indented by so many blanks.
     pub fn new(indent: usize, headings: &[&str]) -> Self {
         let headings = headings.iter().map(|heading| (*heading).to_owned());
         Self {
@@ -101,6 +102,7 @@ impl Columns {
         }
     }
 
+    /// One more row.
     pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         self.rows.push(cells.into_iter().collect());
     }

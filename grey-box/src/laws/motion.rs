@@ -134,11 +134,13 @@ fn spread(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
+/// The usual time between rows, s; 1 where there are fewer than two.
 pub fn median_step_s(time_s: &[f64]) -> f64 {
     let steps = time_s.windows(2).map(|w| w[1] - w[0]);
     median(steps.collect()).unwrap_or(1.0)
 }
 
+/// The middle of the values by size, the upper one of two; `None` of none.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)

@@ -26,6 +26,7 @@ pub struct Facts {
     pub source: &'static str,
 }
 
+/// What a key's line in the reference says.
 pub const fn facts(
     unit: &'static str,
     typical: &'static str,
@@ -86,16 +87,20 @@ pub(super) fn section_names() -> impl Iterator<Item = &'static str> {
 
 /// What a number may be, and how a line says so.
 pub struct Limits {
+    /// The least number.
     pub low: f64,
+    /// The largest number.
     pub high: f64,
     /// Whether `low` itself is admitted.
     pub low_included: bool,
     /// Whether `high` itself is admitted.
     pub high_included: bool,
+    /// How a message says what was expected.
     pub expected: &'static str,
 }
 
 impl Limits {
+    /// Whether a number lies within.
     pub fn admit(&self, value: f64) -> bool {
         let above = value > self.low || (self.low_included && value >= self.low);
         let below = value < self.high || (self.high_included && value <= self.high);
@@ -103,6 +108,7 @@ impl Limits {
     }
 }
 
+/// Limits that are themselves admitted.
 pub const fn limits(low: f64, high: f64, expected: &'static str) -> Limits {
     Limits {
         low,
@@ -113,6 +119,7 @@ pub const fn limits(low: f64, high: f64, expected: &'static str) -> Limits {
     }
 }
 
+/// Above nought, up to `high`.
 pub const fn positive(high: f64, expected: &'static str) -> Limits {
     Limits {
         low: 0.0,
@@ -136,13 +143,16 @@ const GAMMA: Limits = limits(
     "a ratio of specific heats between 1 and 2 (air: 1.4)",
 );
 const GAS_CONSTANT: Limits = limits(50.0, 5000.0, "J/(kg K) between 50 and 5000 (air: 287)");
+/// Absolute pressures, Pa.
 pub const PRESSURE: Limits = limits(
     1e4,
     1e8,
     "absolute Pa between 10 kPa and 100 MPa (is this bar, kPa or a gauge pressure?)",
 );
+/// Temperatures, K.
 pub const TEMPERATURE: Limits =
     limits(100.0, 1000.0, "kelvin between 100 and 1000 (is this degC?)");
+/// Valve commands, V.
 pub const COMMAND: Limits = limits(-1000.0, 1000.0, "volts between -1000 and 1000");
 const STROKE: Limits = positive(100.0, "metres above 0 and at most 100 (is this mm?)");
 const BORE: Limits = positive(2.0, "metres above 0 and at most 2 (is this mm?)");

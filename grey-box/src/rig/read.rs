@@ -112,6 +112,7 @@ impl Rig {
     }
 }
 
+/// The text of a file of this kind, called by `name` in messages.
 pub fn read_text(path: &Path, name: &str, kind: &str) -> Result<String, RigError> {
     let error = |problem: String| RigError {
         file: name.into(),
@@ -966,6 +967,7 @@ const ABSOLUTE_DEVIATION: Limits = Limits {
     expected: "a standard deviation in volts, 0 to 1000",
 };
 
+/// A number of a file, whole or not.
 pub fn numeric(entry: &Entry) -> Option<f64> {
     match entry.get_ref() {
         DeValue::Float(float) => float.as_str().parse().ok(),

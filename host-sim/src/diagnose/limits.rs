@@ -17,7 +17,7 @@ use super::refit::Refit;
 use super::swung::swung;
 use crate::fit::law_problem::Columns;
 use crate::laws::{Law, Motion, Track};
-use crate::plant;
+use crate::model::Values;
 use crate::recording::Recording;
 use rayon::prelude::*;
 

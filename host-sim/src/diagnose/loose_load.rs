@@ -302,7 +302,7 @@ mod tests {
     use crate::diagnose::candidates::candidates;
     use crate::diagnose::drawn;
     use crate::laws::Track;
-    use crate::plant;
+    use crate::model::Values;
     use crate::random::Noise;
     use crate::recording::Recording;
     use crate::rig::Rig;

@@ -1,10 +1,10 @@
 //! From truth to converter codes: the sensors' effects, their noise, and the
 //! steps of the converters.
 
-use super::{Sample, values};
+use super::Sample;
 use crate::gauge::Gauge;
 use crate::lag::followed;
-use crate::model::{AxisFault, Side};
+use crate::model::{AxisFault, Side, Values};
 use crate::random::Noise;
 use crate::rig::Rig;
 use firmware::codes::{
@@ -154,7 +154,7 @@ impl Converters {
             supply_pressure: converter(&SUPPLY_PRESSURE),
             velocity: converter(&VELOCITY),
             lag: PressureLag::new(rig, tick_s),
-            gauges: Side::BOTH.map(|side| Gauge::of(&values(rig), side)),
+            gauges: Side::BOTH.map(|side| Gauge::of(&Values::of(rig), side)),
             skew: PositionSkew::new(rig)?,
         })
     }
@@ -185,7 +185,7 @@ struct PressureLag {
 impl PressureLag {
     fn new(rig: &Rig, tick_s: f64) -> Self {
         Self {
-            lag_s: values(rig).effect("pressure-sensor-lag", "time_constant_s", 0.0),
+            lag_s: Values::of(rig).effect("pressure-sensor-lag", "time_constant_s", 0.0),
             tick_s,
             before_pa: None,
         }
@@ -211,7 +211,7 @@ struct PositionSkew {
 
 impl PositionSkew {
     fn new(rig: &Rig) -> Result<Self, AxisFault> {
-        let delay_s = values(rig).effect("position-time-skew", "delay_s", 0.0);
+        let delay_s = Values::of(rig).effect("position-time-skew", "delay_s", 0.0);
         if delay_s >= 0.0 {
             return Ok(Self { delay_s });
         }

@@ -1,6 +1,7 @@
 //! A simulation as a page: one sentence, key figures, plots, parameters.
 
 use super::{IntegrationError, Sample, Simulation};
+use crate::model::Values;
 use crate::report::{Cell, Chart, ChartStack, Page, Role, Section, Series, Table, number};
 use crate::rig::{Rig, Valve, ValveTable};
 use crate::scenario::Scenario;
@@ -43,7 +44,7 @@ fn title(scenario: &Scenario) -> String {
 fn lead(scenario: &Scenario, simulation: &Simulation) -> String {
     let figures = simulation.key_figures();
     let (lowest_k, _) = figures.lowest_temperature_k;
-    let ambient_k = super::values(&scenario.rig).ambient().temperature_k;
+    let ambient_k = Values::of(&scenario.rig).ambient().temperature_k;
     format!(
         "The carriage travels {} mm at up to {} m/s; the gas in chamber {} cools to {} K, {} K below ambient.",
         number::significant(MM_PER_M * figures.travel_m, 3),
@@ -196,7 +197,7 @@ fn supply_is_near(simulation: &Simulation) -> bool {
 }
 
 fn temperature_panel(scenario: &Scenario, simulation: &Simulation) -> Chart {
-    let ambient_k = super::values(&scenario.rig).ambient().temperature_k;
+    let ambient_k = Values::of(&scenario.rig).ambient().temperature_k;
     panel("Gas", "temperature", "K")
         .x_axis("time", "s")
         .series(curve(simulation, "chamber A", Role::Improved, |sample| {

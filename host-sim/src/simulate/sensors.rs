@@ -4,10 +4,10 @@
 //! of the position), then, with a seed, the declared noise and quantum, then
 //! the way back from SI to the column's unit ([`Table`]).
 
-use super::{Sample, Simulation, values};
+use super::{Sample, Simulation};
 use crate::gauge::Gauge;
 use crate::lag::followed;
-use crate::model::Side;
+use crate::model::{Side, Values};
 use crate::random::Noise;
 use crate::recording::{Output, Table};
 use crate::rig::{RigError, Signal};
@@ -76,7 +76,7 @@ fn sensed(
     channel: &Channel,
     exact: Vec<f64>,
 ) -> Vec<f64> {
-    let values = values(&scenario.rig);
+    let values = Values::of(&scenario.rig);
     match channel.signal {
         "p_a" | "p_b" => {
             let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
