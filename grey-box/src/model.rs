@@ -205,6 +205,7 @@ impl<R: Real> Values<'_, R> {
                 "valve.laminar_pressure_ratio",
                 paper::LAMINAR_PRESSURE_RATIO,
             ),
+            discharge_slope: self.get_or("valve.discharge_slope", paper::DISCHARGE_SLOPE),
             flow_coefficient: self.gas().flow_coefficient,
         }
     }
@@ -213,6 +214,9 @@ impl<R: Real> Values<'_, R> {
     pub fn valve(&self) -> Option<Result<Valve<R>, TableFault>> {
         let valve = self.rig.valve.as_ref()?;
         let shift = self.shift_of_openings();
+        let stretch = self.get_or("valve.opening_V", 1.0);
+        let edge_v = self.get("valve.edge_V").map(|edge_v| edge_v / stretch);
+        let roundness = self.get_or("valve.curve_roundness", 0.0);
         let table = |areas: &[f64], scale: &str| {
             let mut table = AreaTable::new(&valve.opening_v, areas)?;
             if let Some((from, to, shifts_v)) = shift {
@@ -220,7 +224,8 @@ impl<R: Real> Values<'_, R> {
                     |opening_v: R| over_knots(from.sqrt(), to.sqrt(), &shifts_v, opening_v.sqrt());
                 table.open_elsewhere(&opening_knots(from, to), off_by_v);
             }
-            table.opening_stretch = self.get_or("valve.opening_V", 1.0);
+            let mut table = table.curved(edge_v, roundness);
+            table.opening_stretch = stretch;
             table.area_scale = self.get_or(scale, 1.0);
             Ok(table)
         };

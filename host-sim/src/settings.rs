@@ -234,6 +234,7 @@ fn valve(valve: &model_core::valve::Valve<f32>) -> Valve {
         feeds_a_above_null: valve.feeds_a_above_null,
         critical_pressure_ratio: valve.law.critical_pressure_ratio,
         laminar_pressure_ratio: valve.law.laminar_pressure_ratio,
+        discharge_slope: valve.law.discharge_slope,
         openings_v: column(valve.supply.openings_v()),
         supply_areas_m2: column(valve.supply.areas_m2()),
         exhaust_areas_m2: column(valve.exhaust.areas_m2()),

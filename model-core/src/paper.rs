@@ -55,6 +55,8 @@ pub const COMPRESSION_INDEX: f64 = 1.18;
 pub const CRITICAL_PRESSURE_RATIO: f64 = 0.29;
 /// lambda: "close to 1"; 0.98 taken (not identifiable in servo motion).
 pub const LAMINAR_PRESSURE_RATIO: f64 = 0.98;
+/// Linear term of the discharge coefficient (2).
+pub const DISCHARGE_SLOPE: f64 = 0.0933;
 /// Moving mass, kg (assumption: carriage and piston of a 25 mm guided slide).
 pub const MOVING_MASS_KG: f64 = 2.0;
 /// Dead volume of each chamber with ports and fittings, m3 (assumption).
@@ -91,6 +93,7 @@ pub fn axis<R: Real>() -> Axis<R> {
     let law = FlowLaw {
         critical_pressure_ratio: R::from_f64(CRITICAL_PRESSURE_RATIO),
         laminar_pressure_ratio: R::from_f64(LAMINAR_PRESSURE_RATIO),
+        discharge_slope: R::from_f64(DISCHARGE_SLOPE),
         flow_coefficient: gas.flow_coefficient,
     };
     let dt_s = R::from_f64(1e-3);

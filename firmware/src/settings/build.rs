@@ -58,6 +58,7 @@ impl Settings {
         FlowLaw {
             critical_pressure_ratio: self.valve.critical_pressure_ratio,
             laminar_pressure_ratio: self.valve.laminar_pressure_ratio,
+            discharge_slope: self.valve.discharge_slope,
             flow_coefficient: self.gas().flow_coefficient,
         }
     }

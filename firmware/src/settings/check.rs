@@ -167,6 +167,7 @@ impl Settings {
             field("valve.null_v", valve.null_v, 0.0, 10.0),
             field("valve.critical_pressure_ratio", valve.critical_pressure_ratio, 0.01, 0.99),
             field("valve.laminar_pressure_ratio", valve.laminar_pressure_ratio, 0.1, 0.9999),
+            field("valve.discharge_slope", valve.discharge_slope, -0.1, 0.25),
             field("valve.opening_stretch", valve.opening_stretch, 0.01, 100.0),
             field("valve.supply_area_scale", valve.supply_area_scale, 0.01, 100.0),
             field("valve.exhaust_area_scale", valve.exhaust_area_scale, 0.01, 100.0),

@@ -72,6 +72,8 @@ pub struct Valve {
     pub critical_pressure_ratio: f32,
     /// lambda of the flow law.
     pub laminar_pressure_ratio: f32,
+    /// s of the discharge coefficient.
+    pub discharge_slope: f32,
     /// Openings of the table's points, V.
     pub openings_v: Column,
     /// Areas from the supply at those openings, m2.
@@ -243,6 +245,7 @@ impl Settings {
                 feeds_a_above_null: true,
                 critical_pressure_ratio: paper::CRITICAL_PRESSURE_RATIO as f32,
                 laminar_pressure_ratio: paper::LAMINAR_PRESSURE_RATIO as f32,
+                discharge_slope: paper::DISCHARGE_SLOPE as f32,
                 openings_v: column(&paper::OPENING_V),
                 supply_areas_m2: column(&paper::AREA_M2),
                 exhaust_areas_m2: column(&paper::AREA_M2),

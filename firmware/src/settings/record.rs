@@ -18,7 +18,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 
 /// The version written and read.
-pub const VERSION: u16 = 8;
+pub const VERSION: u16 = 9;
 /// The longest content: with full tables it is 1050 bytes.
 pub const LONGEST_CONTENT: usize = 1072;
 /// Bytes before the content.

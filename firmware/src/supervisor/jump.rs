@@ -10,8 +10,6 @@ use model_core::axis::Axis;
 use model_core::chamber::ChamberGeometry;
 use model_core::real::Real;
 
-/// Discharge coefficient at its largest, (2) of the model: at r = 0.45.
-const MOST_DISCHARGE: f32 = 0.836;
 /// What the bounds are exceeded by where mass, areas and volumes are known
 /// wrongly: two deviations of 12 % for a dead volume, of 5 % for an area.
 const PARAMETER_MARGIN: f32 = 1.4;
@@ -39,7 +37,7 @@ impl Jump {
         let areas = [&axis.valve.supply, &axis.valve.exhaust].map(|table| table.area_m2(wide_v));
         let gas = &axis.pneumatics.gas;
         // m' R T / p of choked flow: A Cd C1 R sqrt(T).
-        let per_area = MOST_DISCHARGE
+        let per_area = axis.valve.law.most_discharge()
             * gas.flow_coefficient
             * gas.gas_constant_j_per_kg_k
             * Real::sqrt(axis.supply_temperature_k);

@@ -154,6 +154,9 @@ pub const TEMPERATURE: Limits =
     limits(100.0, 1000.0, "kelvin between 100 and 1000 (is this degC?)");
 /// Valve commands, V.
 pub const COMMAND: Limits = limits(-1000.0, 1000.0, "volts between -1000 and 1000");
+const DISCHARGE_SLOPE: Limits = limits(-0.1, 0.25, "a number from -0.1 to 0.25");
+const OPENING: Limits = limits(0.0, 1000.0, "volts from 0 to 1000");
+const ROUNDNESS: Limits = limits(0.0, 1.0, "a part from 0 (straight lines) to 1 (smooth)");
 const STROKE: Limits = positive(100.0, "metres above 0 and at most 100 (is this mm?)");
 const BORE: Limits = positive(2.0, "metres above 0 and at most 2 (is this mm?)");
 const PISTON_AREA: Limits = positive(3.0, "m2 above 0 and at most 3 (is this cm2 or mm2?)");
@@ -241,6 +244,12 @@ pub(super) static NUMBERS: &[NumberKey] = &[
         facts("1", "0.2 to 0.5", "ratio of downstream to upstream pressure below which the flow is choked", "data sheet: b of ISO 6358; typical 0.3 where it states none")),
     number!("valve.laminar_pressure_ratio", valve.laminar_pressure_ratio, RATIO,
         facts("1", "0.98", "pressure ratio above which the flow is proportional to the pressure difference", "typical; it hardly shows in motion")),
+    number!("valve.discharge_slope", valve.discharge_slope?, DISCHARGE_SLOPE,
+        facts("1", "0.0933", "linear term of the discharge coefficient over the pressure ratio, Cd(r) = 0.8153 + s r - 0.1038 r^2", "measured flow over pressure ratio; left out: 0.0933 of the paper")),
+    number!("valve.edge_V", valve.edge_v?, OPENING,
+        facts("V", "0.2 to 0.4", "opening at which the areas begin to rise, between the last point with the leakage alone and the next", "measure: the least command beside the null that moves the piston; left out: the last point with the leakage")),
+    number!("valve.curve_roundness", valve.curve_roundness?, ROUNDNESS,
+        facts("1", "1", "shape between the points of the tables: 0 straight lines, 1 a smooth curve", "a real valve is smooth; left out: straight lines")),
     number!("cylinder.stroke_m", cylinder.stroke_m?, STROKE,
         facts("m", "0.05 to 2", "stroke", "type code")),
     number!("cylinder.bore_m", cylinder.bore_m?, BORE,

@@ -236,6 +236,12 @@ pub struct Valve {
     pub critical_pressure_ratio: f64,
     /// Pressure ratio above which the flow is laminar.
     pub laminar_pressure_ratio: f64,
+    /// Linear term of the discharge coefficient over the pressure ratio.
+    pub discharge_slope: Option<f64>,
+    /// Where the areas begin to rise, V: between the last point with the leakage and the next.
+    pub edge_v: Option<f64>,
+    /// From chords between the points of the tables, 0, to a smooth curve through them, 1.
+    pub curve_roundness: Option<f64>,
     /// Opening `abs(u - null)` of the points of both tables, V, increasing.
     pub opening_v: Vec<f64>,
     /// Orifice area from the supply at those openings, m2.

@@ -22,6 +22,7 @@
 //! the full area. [`assumptions`](StatedFlow::assumptions) lists what was assumed.
 
 use model_core::gas::Gas;
+use model_core::paper::DISCHARGE_SLOPE;
 use model_core::valve::{FlowLaw, GasState};
 
 use super::Rig;
@@ -186,6 +187,7 @@ impl StatedFlow {
         let law = FlowLaw {
             critical_pressure_ratio,
             laminar_pressure_ratio: laminar_ratio,
+            discharge_slope: DISCHARGE_SLOPE,
             flow_coefficient: Gas::new(1.4, 287.0).flow_coefficient,
         };
         let area_m2 = match (self.nominal_flow_l_min, self.sonic_conductance_m3_s_pa) {
@@ -344,6 +346,7 @@ mod tests {
         let law = FlowLaw {
             critical_pressure_ratio: 0.3,
             laminar_pressure_ratio: 0.98,
+            discharge_slope: DISCHARGE_SLOPE,
             flow_coefficient: Gas::new(1.4, 287.0).flow_coefficient,
         };
         let flow_kg_s = found.area_m2[2] * unit_area_flow(&law, 701_325.0, 601_325.0);
@@ -364,6 +367,7 @@ mod tests {
         let law = FlowLaw {
             critical_pressure_ratio: found.critical_pressure_ratio,
             laminar_pressure_ratio: 0.98,
+            discharge_slope: DISCHARGE_SLOPE,
             flow_coefficient: Gas::new(1.4, 287.0).flow_coefficient,
         };
         let mass_flow = found.area_m2[2] * unit_area_flow(&law, 8e5, 0.31 * 8e5);

@@ -49,6 +49,7 @@ mod tests {
 
     /// A wave of 45 mm lay between two starts, and the law was unknown.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_a_short_wave_is_found_from_what_is_missed() {
         let request = Request::new(1_066_143_083, Kind::Single).with_noise(1.0);
         let request = request.with_effect(EFFECT).unwrap();

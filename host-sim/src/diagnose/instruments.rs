@@ -229,6 +229,7 @@ mod tests {
 
     /// A mistake of each kind, made in the recordings of a healthy axis, is named with its size.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn val_the_mistake_that_was_made_is_named() {
         let (rig, recordings) = drawn::read(&Request::new(SEED, Kind::Nothing).with_noise(1.0));
         let with = |change: &dyn Fn(&mut Recording)| {

@@ -212,6 +212,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn prop_chance_does_not_do_what_an_effect_does() {
         let weak = Strength::Weak;
         let (rig, recordings) = drawn::of_kind(Kind::Single, 3, weak, "piston-leakage");

@@ -360,6 +360,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn val_a_number_far_off_is_an_effect_of_its_kind() {
         let dry = ["friction.coulomb_N", "friction.static_N"];
         for (law, keys, effect) in [
@@ -382,6 +383,7 @@ mod tests {
     /// twice the noise left and a critical pressure ratio at its bound, fourteen deviations off. A
     /// silencer behind a rig file that was fitted to its recordings was nothing at all.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_effects_that_bend_a_number_and_leave_more_than_noise_are_in_doubt() {
         let strong = Strength::Strong;
         let (rig, recordings) = drawn::of_kind(Kind::Single, 5, strong, "tube-line");
@@ -418,6 +420,7 @@ mod tests {
     /// A load on a spring, whose damper had stood in for 186 N s/m of viscous friction, stayed named
     /// beside that.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_what_stood_in_for_a_number_goes_when_that_is_named() {
         let (rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
         let key = "friction.viscous_Ns_m";

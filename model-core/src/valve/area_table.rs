@@ -150,6 +150,31 @@ impl<R: Real> AreaTable<R> {
         self.point_v(point)
     }
 
+    /// Opening of a point before [`Self::opening_stretch`], V; of the last one beyond it.
+    pub(super) fn opening_at(&self, point: usize) -> R {
+        at(&self.openings_v, point.min(self.last_point()))
+    }
+
+    /// Moves a point to another opening.
+    pub(super) fn set_opening(&mut self, point: usize, opening_v: R) {
+        if let Some(own_v) = self.openings_v.get_mut(point) {
+            *own_v = opening_v;
+        }
+    }
+
+    /// A table of no stretch and scale that goes on as `points` do: opening, V, and area, m2.
+    /// Those beyond its capacity are left out.
+    pub(super) fn of_points(points: impl Iterator<Item = (R, R)>) -> Self {
+        let mut table = Self::closed();
+        table.length = 0;
+        for (point, (opening_v, area_m2)) in points.take(TABLE_CAPACITY).enumerate() {
+            table.openings_v[point] = opening_v;
+            table.areas_m2[point] = area_m2;
+            table.length = point + 1;
+        }
+        table
+    }
+
     /// Number of the last point.
     #[inline]
     pub(super) fn last_point(&self) -> usize {

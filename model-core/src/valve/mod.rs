@@ -9,6 +9,7 @@
 //! critical ratio on the opening (see [`crate::left_out`]).
 
 mod area_table;
+mod curve;
 mod orifice;
 
 pub use area_table::{AreaTable, TABLE_CAPACITY, TableFault};

@@ -7,7 +7,7 @@
 //! psi = 1                                              r <= b       choked
 //!     = sqrt(1 - ((r - b)/(1 - b))^2)              b < r < lambda   subsonic
 //!     = (1 - r)/(1 - lambda) psi(lambda)       lambda <= r <= 1     laminar
-//! Cd  = 0.8153 + 0.0933 r - 0.1038 r^2
+//! Cd  = 0.8153 + s r - 0.1038 r^2                      s = 0.0933 as published
 //! ```
 //!
 //! Continuous everywhere; the slope jumps by a factor of 2 at lambda (a kink in
@@ -17,8 +17,10 @@
 use super::GasState;
 use crate::real::Real;
 
-/// Discharge coefficient (2): constant, linear and quadratic term in r.
-const DISCHARGE: [f64; 3] = [0.8153, 0.0933, -0.1038];
+/// Discharge coefficient (2): its constant term; a scale of the areas stands for another one.
+const DISCHARGE: f64 = 0.8153;
+/// Its quadratic term in r.
+const DISCHARGE_CURVATURE: f64 = -0.1038;
 
 /// Pressures below this are taken as this, so that the pressure ratio exists.
 /// 1 Pa is a vacuum that no pneumatic axis sees.
@@ -41,6 +43,8 @@ pub struct FlowLaw<R> {
     pub critical_pressure_ratio: R,
     /// lambda, b < lambda < 1: above it the flow is laminar.
     pub laminar_pressure_ratio: R,
+    /// s of the discharge coefficient, as other orifices have another.
+    pub discharge_slope: R,
     /// C1 of the gas, s K^0.5/m.
     pub flow_coefficient: R,
 }
@@ -118,11 +122,21 @@ impl<R: Real> FlowLaw<R> {
         )
     }
 
+    /// The discharge coefficient at the pressure ratio where it is largest.
+    pub fn most_discharge(&self) -> R {
+        let [constant, quadratic] = [DISCHARGE, DISCHARGE_CURVATURE].map(R::from_f64);
+        let ratio = (-self.discharge_slope / (quadratic + quadratic))
+            .max(R::ZERO)
+            .min(R::ONE);
+        constant + ratio * (self.discharge_slope + ratio * quadratic)
+    }
+
     /// Cd(r) psi(r) / sqrt(T) and its derivative by r.
     #[inline]
     fn shape(&self, ratio: R, upstream_k: R) -> (R, R) {
         let (psi, psi_slope) = self.psi(ratio, upstream_k);
-        let [constant, linear, quadratic] = DISCHARGE.map(R::from_f64);
+        let [constant, quadratic] = [DISCHARGE, DISCHARGE_CURVATURE].map(R::from_f64);
+        let linear = self.discharge_slope;
         let discharge = constant + ratio * (linear + ratio * quadratic);
         let discharge_slope = linear + (quadratic + quadratic) * ratio;
         (
@@ -163,6 +177,7 @@ mod tests {
         FlowLaw {
             critical_pressure_ratio: 0.29,
             laminar_pressure_ratio: 0.98,
+            discharge_slope: crate::paper::DISCHARGE_SLOPE,
             flow_coefficient: Gas::new(1.4, 287.0).flow_coefficient,
         }
     }
