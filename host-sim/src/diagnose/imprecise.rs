@@ -1,49 +1,63 @@
 //! What no rig file states exactly: built-in priors of the baseline.
 //!
 //! A valve is smooth where its table is not, begins to open somewhere between two points of it,
-//! and its orifices are not quite those of the published discharge. None of that is an effect:
-//! it is refitted with the ordinary parameters, each with a prior, and said with them. What a rig
-//! states itself, or states an uncertainty of, is left as it is.
+//! and its orifices are not quite those of the published discharge; the bristles of a seal are
+//! those of the literature. None of that is an effect: it is refitted with the ordinary
+//! parameters, each with a prior, and said with them. What a rig states an uncertainty of is left
+//! as it is.
 
 use crate::rig::{Rig, Valve};
 use model_core::paper::DISCHARGE_SLOPE;
 
-/// One deviation of the laminar pressure ratio, in parts of it: published ones run from 0.97 to
-/// 0.999 (Beater 2007, Pneumatic Drives, names 0.999; the paper's is 0.9813).
-const LAMINAR_RATIO: f64 = 0.01;
-/// One deviation of the discharge coefficient's linear term, in parts of it: sharp edges and
-/// rounded ones differ by 5 % of the coefficient between choked and slow flow (Perry 1949).
-const DISCHARGE_SLOPE_PART: f64 = 0.5;
-/// Chords or a smooth curve: between them, one as probable as the other.
-const ROUNDNESS: (f64, f64) = (0.5, 1.0);
+/// One deviation, in parts of the number, of what has a number in every rig: published laminar
+/// ratios run from 0.97 to 0.999 (Beater 2007, Pneumatic Drives), identified bristles of one
+/// seal differ by factors.
+const STATED: [(&str, f64); 3] = [
+    ("valve.laminar_pressure_ratio", 0.01),
+    ("friction.bristle_stiffness_N_m", 0.5),
+    ("friction.bristle_damping_Ns_m", 0.5),
+];
 
-/// The rig with what it does not state and what its numbers are known to.
+/// Number and deviation, in parts of it, of what has a number in few rigs. Between chords and a
+/// smooth curve one is as probable as the other; sharp edges and rounded ones differ by 5 % of the
+/// discharge between choked and slow flow (Perry 1949).
+const SHAPE: [(&str, f64, f64); 2] = [
+    ("valve.curve_roundness", 0.5, 1.0),
+    ("valve.discharge_slope", DISCHARGE_SLOPE, 0.5),
+];
+
+/// The rig with what it does not state, and how well its numbers are known.
 pub fn with_built_in_priors(rig: &Rig) -> Rig {
-    let mut rig = rig.clone();
-    let Some(valve) = &mut rig.valve else {
-        return rig;
-    };
-    let edge = edge_between_v(valve);
-    let mut uncertain = vec![("valve.laminar_pressure_ratio", LAMINAR_RATIO)];
-    if valve.curve_roundness.is_none() {
-        let (roundness, part) = ROUNDNESS;
-        valve.curve_roundness = Some(roundness);
-        uncertain.push(("valve.curve_roundness", part));
-    }
-    if valve.discharge_slope.is_none() {
-        valve.discharge_slope = Some(DISCHARGE_SLOPE);
-        uncertain.push(("valve.discharge_slope", DISCHARGE_SLOPE_PART));
-    }
-    if let (None, Some((from_v, to_v))) = (valve.edge_v, edge) {
-        valve.edge_v = Some(f64::midpoint(from_v, to_v));
-        // That of an even spread over the gap.
-        uncertain.push(("valve.edge_V", (to_v - from_v) / 12.0_f64.sqrt()));
-    }
-    for (key, deviation) in uncertain {
-        let stated = rig.uncertainty.entry(key.to_owned());
+    let mut known = rig.clone();
+    let mut is_known_to = |key: &str, deviation: f64| {
+        let stated = known.uncertainty.entry(key.to_owned());
         stated.or_insert(deviation);
+    };
+    for (key, part) in STATED {
+        if rig.value(key).is_some() {
+            is_known_to(key, part);
+        }
     }
-    rig
+    let Some(valve) = &rig.valve else {
+        return known;
+    };
+    for (key, _, part) in SHAPE {
+        is_known_to(key, part);
+    }
+    let edge = edge_between_v(valve);
+    if let Some((from_v, to_v)) = edge {
+        // That of an even spread over the gap.
+        is_known_to("valve.edge_V", (to_v - from_v) / 12.0_f64.sqrt());
+    }
+    let middle = edge.map(|(from_v, to_v)| ("valve.edge_V", f64::midpoint(from_v, to_v)));
+    let shape = SHAPE.map(|(key, number, _)| (key, number));
+    for (key, number) in shape.into_iter().chain(middle) {
+        if rig.value(key).is_none() {
+            // A valve has a place for each.
+            let _ = known.set_value(key, number);
+        }
+    }
+    known
 }
 
 /// Between which openings the areas begin to rise, V.
