@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 const PAGE: &str = include_str!("../../docs/tutorial.md");
-/// What the page calls the recordings of the fixture.
-const RECORDINGS: [(&str, &str); 3] = [
+/// What the page calls the files of the fixture.
+const FILES: [(&str, &str); 4] = [
     ("train-1.csv", "steps.csv"),
     ("train-2.csv", "mixed.csv"),
     ("held-out.csv", "proof.csv"),
+    ("rig.toml", "measured.toml"),
 ];
 
 fn fixture() -> PathBuf {
@@ -57,8 +58,8 @@ fn is_known(command: &str, help: &str) -> bool {
 fn val_the_tutorial_s_commands_end_in_the_right_verdict() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    for (name, called) in RECORDINGS {
-        fs::copy(fixture().join(name), folder.join(called)).expect("a recording");
+    for (name, called) in FILES {
+        fs::copy(fixture().join(name), folder.join(called)).expect("a file of the fixture");
     }
     let help = known(folder);
     let commands = commands("sh");

@@ -14,7 +14,7 @@ pub mod effects;
 pub mod plant;
 mod random;
 
-pub use case::{Case, Kind, Onset, Request, TrueEffect, Truth, draw};
+pub use case::{Case, Kind, Nature, Onset, Request, TrueEffect, Truth, draw};
 pub use effects::{Form, Strength};
 pub use plant::sensors::Sample;
 pub use plant::{Plant, Window};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
-use truth_plant::{Case, Kind, Request, Strength};
+use truth_plant::{Case, Kind, Nature, Request, Strength};
 
 /// Draws a rig with concealed physics and writes its recordings.
 #[derive(Parser)]
@@ -18,6 +18,9 @@ struct Arguments {
     /// unobservable.
     #[arg(long)]
     kind: Kind,
+    /// laboratory, where the rig file's laws hold exactly, or shop-floor, where they hold nearly.
+    #[arg(long, default_value_t = Nature::Laboratory)]
+    nature: Nature,
     /// An effect that is to be there.
     #[arg(long)]
     effect: Option<String>,
@@ -50,7 +53,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    let mut request = Request::new(arguments.seed, arguments.kind);
+    let mut request = Request::new(arguments.seed, arguments.kind).with_nature(arguments.nature);
     if let Some(name) = &arguments.effect {
         request = request.with_effect(name)?;
     }

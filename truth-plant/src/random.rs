@@ -20,6 +20,8 @@ pub(crate) enum Purpose {
     Excitation(usize),
     /// The noise of a signal of the recording with this position.
     Noise(usize, Signal),
+    /// How far the rig lies outside of what its file can say.
+    Nature,
     /// When an effect is present in the recording with this position.
     Onset(usize),
 }
@@ -40,6 +42,7 @@ impl Purpose {
             Self::Plant => (0, 0),
             Self::Belief => (1, 0),
             Self::Choice => (2, 0),
+            Self::Nature => (2, 1),
             Self::Effect(position) => (3, position),
             Self::Excitation(recording) => (4, recording),
             Self::Onset(recording) => (5, recording),

@@ -94,7 +94,7 @@ fn prop_mass_and_energy_close_with_everything_in_the_way() {
 /// A shut, adiabatic, frictionless axis that swings on its gas.
 fn swing() -> Physics {
     let mut physics = axis();
-    physics.areas.supply_m2 = [0.0; 19];
+    physics.areas.supply_m2 = vec![0.0; 19];
     physics.network.heat.charging_w_per_m2_k = 0.0;
     physics.network.heat.discharging_w_per_m2_k = 0.0;
     let friction = &mut physics.mechanics.friction;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use truth_plant::effects::names;
 use truth_plant::plant::TICK_S;
-use truth_plant::{Case, Kind, Request, Strength, Truth, draw};
+use truth_plant::{Case, Kind, Nature, Request, Strength, Truth, draw};
 
 fn single(name: &str) -> Case {
     Request::new(5, Kind::Single)
@@ -222,4 +222,28 @@ fn prop_every_effect_changes_a_recording() {
         let worst = farthest.into_iter().fold(0.0, f64::max);
         assert!(worst.is_finite() && worst > 5.0, "{name}: {farthest:?}");
     }
+}
+
+/// A shop floor moves every recording by more than its noise, and takes nothing from the
+/// laboratory.
+#[test]
+fn prop_a_shop_floor_lies_near_the_rig_file_and_not_on_it() {
+    let request = Request::new(7, Kind::Nothing).with_noise(0.1);
+    let laboratory = request.clone().with_nature(Nature::Laboratory).draw();
+    assert_eq!(laboratory.rig_toml, request.draw().rig_toml);
+    assert_eq!(laboratory.train, request.draw().train);
+    let floor = request.with_nature(Nature::ShopFloor).draw();
+    assert!(floor.truth.effects.is_empty());
+    assert_eq!(floor.truth.nature, Nature::ShopFloor);
+    assert_ne!(floor.train, laboratory.train);
+    assert_ne!(floor.rig_toml, laboratory.rig_toml);
+    let drawn: Vec<String> = (0..8)
+        .map(|seed| Request::new(seed, Kind::Nothing).with_nature(Nature::ShopFloor))
+        .map(|request| request.draw().rig_toml)
+        .collect();
+    let points = |rig: &String| {
+        let line = rig.lines().find(|line| line.starts_with("opening_V"));
+        line.map_or(0, |line| line.matches(',').count())
+    };
+    assert!(drawn.iter().any(|rig| points(rig) != points(&drawn[0])));
 }

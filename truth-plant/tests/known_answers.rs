@@ -8,7 +8,7 @@ use common::{AMBIENT, axis};
 use truth_plant::Plant;
 use truth_plant::plant::Start;
 use truth_plant::plant::friction::{Dwell, Presliding, Surroundings};
-use truth_plant::plant::gas::{FlowShape, Node};
+use truth_plant::plant::gas::{FlowShape, Node, PAPER_DISCHARGE};
 use truth_plant::plant::line::Line;
 use truth_plant::plant::mechanics::{Mechanics, MotionState, Push};
 use truth_plant::plant::network::{Motion, Network};
@@ -33,6 +33,7 @@ fn val_choked_flow_is_that_of_the_paper() {
     let shape = FlowShape {
         critical_ratio: 0.3,
         laminar_ratio: 0.985,
+        discharge: PAPER_DISCHARGE,
     };
     let supply = Node {
         pressure_pa: 700e3,
@@ -57,6 +58,7 @@ fn prop_the_flow_law_is_continuous_and_falls_to_nought() {
     let shape = FlowShape {
         critical_ratio: 0.3,
         laminar_ratio: 0.985,
+        discharge: PAPER_DISCHARGE,
     };
     let supply = Node {
         pressure_pa: 700e3,

@@ -8,6 +8,7 @@
 
 use crate::rig::{Rig, Valve};
 use model_core::paper::DISCHARGE_SLOPE;
+use model_core::valve::AreaTable;
 
 /// One deviation, in parts of the number, of what has a number in every rig: published laminar
 /// ratios run from 0.97 to 0.999 (Beater 2007, Pneumatic Drives), identified bristles of one
@@ -25,6 +26,9 @@ const SHAPE: [(&str, f64, f64); 2] = [
     ("valve.curve_roundness", 0.5, 1.0),
     ("valve.discharge_slope", DISCHARGE_SLOPE, 0.5),
 ];
+
+/// Numbers for which a bound is as good a value as any: chords, a smooth curve, an edge at a point.
+pub(super) const MAY_END_AT_A_BOUND: [&str; 2] = ["valve.curve_roundness", "valve.edge_V"];
 
 /// The rig with what it does not state, and how well its numbers are known.
 pub fn with_built_in_priors(rig: &Rig) -> Rig {
@@ -62,9 +66,31 @@ pub fn with_built_in_priors(rig: &Rig) -> Rig {
 
 /// Between which openings the areas begin to rise, V.
 pub(super) fn edge_between_v(valve: &Valve) -> Option<(f64, f64)> {
-    let leakage_m2 = *valve.supply_area_m2.first()?;
-    let rises = |area_m2: &f64| *area_m2 > leakage_m2;
-    let next = valve.supply_area_m2.iter().position(rises)?;
-    let edge = next.checked_sub(1).filter(|edge| *edge > 0)?;
-    Some((*valve.opening_v.get(edge)?, *valve.opening_v.get(next)?))
+    let table = AreaTable::<f64>::new(&valve.opening_v, &valve.supply_area_m2);
+    table.ok()?.edge_between_v()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAPER: &str = include_str!("../../rigs/paper.toml");
+
+    #[test]
+    fn prop_what_a_rig_states_stays_and_what_it_does_not_is_free_about_the_published_law() {
+        let mut rig = Rig::parse(PAPER, "paper.toml").unwrap();
+        let stated = "friction.bristle_stiffness_N_m".to_owned();
+        rig.uncertainty.insert(stated.clone(), 0.01);
+        let known = with_built_in_priors(&rig);
+        assert!((known.uncertainty[&stated] - 0.01).abs() < 1e-12);
+        for (key, number, _) in SHAPE {
+            assert_eq!(known.value(key), Some(number), "{key}");
+            assert!(known.uncertainty_sd(key).unwrap() > 0.0, "{key}");
+        }
+        let (from_v, to_v) = edge_between_v(rig.valve.as_ref().unwrap()).unwrap();
+        let edge_v = known.value("valve.edge_V").unwrap();
+        assert!(from_v < edge_v && edge_v < to_v);
+        rig.valve = None;
+        assert_eq!(with_built_in_priors(&rig).value("valve.edge_V"), None);
+    }
 }

@@ -865,6 +865,7 @@ mod tests {
     /// A strong load in its play was declined for a table over the velocity; held-out recordings
     /// refuted that, and nothing was named.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_effects_stand_again_where_a_table_in_their_place_is_refuted() {
         let (rig, recordings, held_out) = with_friction();
         let found =
@@ -892,6 +893,7 @@ mod tests {
 
     /// A load that came and went in many short spans was named, with 0.95, for a force that swings.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_what_comes_and_goes_is_no_surer_than_held_out_recordings_make_it() {
         let (rig, recordings, held_out) = with_friction();
         let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
@@ -915,6 +917,7 @@ mod tests {
     /// A seal that aged for half of the time left a seventh of what was missed at break-aways, and was
     /// taken back for how long the carriage stuck in the free run.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_what_break_aways_alone_show_is_judged_by_them() {
         let request = Request::new(2_333_996_632, Kind::Onset).with_noise(1.0);
         let case = request.with_strength(Strength::Medium).draw();
@@ -938,6 +941,7 @@ mod tests {
     /// A rise of the stiction that took break-aways from 2.4 times their noise down to it was taken
     /// back for two windows of 48, in which the carriage stayed where it was.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_few_windows_leave_an_effect_its_name_and_the_rig_as_refitted() {
         let (rig, recordings, held_out) = with_friction();
         let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();

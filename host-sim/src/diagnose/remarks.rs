@@ -1,6 +1,7 @@
 //! What is to be said of the rig file beside the verdict.
 
 use super::candidates::voids;
+use super::imprecise;
 use super::strayed::{STRAYED, deviations};
 use super::verdict::Parameter;
 use super::{LawDiagnosis, words};
@@ -37,9 +38,9 @@ pub(super) fn strayed(
 
 /// Numbers that ended at the bound of what they may be.
 pub(super) fn at_bounds(parameters: &BTreeMap<String, Parameter>) -> Vec<Doubt> {
-    let at_bound = parameters
-        .iter()
-        .filter(|(_, parameter)| parameter.at_bound);
+    let at_bound = parameters.iter().filter(|(key, parameter)| {
+        parameter.at_bound && !imprecise::MAY_END_AT_A_BOUND.contains(&key.as_str())
+    });
     let doubt = |(key, parameter): (&String, &Parameter)| Doubt {
         about: key.clone(),
         says: format!(

@@ -15,6 +15,8 @@ use crate::real::Real;
 const MOST_BETWEEN: usize = 3;
 /// The area past the edge rises with this power of the opening at the most.
 const MOST_EXPONENT: f64 = 3.0;
+/// An area within this part of the leakage is the leakage: two deviations of a measured flow.
+const LEAKAGE_KNOWN_TO: f64 = 0.1;
 /// Nearest that the edge comes to its neighbours, as a part of their distance.
 const LEAST_PART: f64 = 0.02;
 
@@ -34,21 +36,27 @@ impl<R: Real> AreaTable<R> {
         points.rounded(roundness)
     }
 
+    /// Between which openings of the table the areas begin to rise, V; `None` of one whose areas
+    /// rise from nought on.
+    pub fn edge_between_v(&self) -> Option<(R, R)> {
+        let edge = self.edge();
+        let (own_v, next_v) = (self.opening_at(edge), self.opening_at(edge + 1));
+        (edge > 0 && next_v > own_v).then_some((own_v, next_v))
+    }
+
     /// Number of the last point that has the leakage alone.
     fn edge(&self) -> usize {
         let areas = self.areas_m2();
         let leakage = areas.first().map_or(0.0, |area| area.value());
-        let closed = areas.iter().take_while(|area| area.value() <= leakage);
+        let is_closed = |area: &&R| area.value() <= leakage * (1.0 + LEAKAGE_KNOWN_TO);
+        let closed = areas.iter().take_while(is_closed);
         closed.count().saturating_sub(1)
     }
 
     fn move_edge(&mut self, edge_v: R) {
-        let edge = self.edge();
-        let (own_v, next_v) = (self.opening_at(edge), self.opening_at(edge + 1));
-        let most_v = next_v - (next_v - own_v) * R::from_f64(LEAST_PART);
-        // A table whose area rises from nought on has no edge to move.
-        if edge > 0 && next_v > own_v {
-            self.set_opening(edge, edge_v.max(own_v).min(most_v));
+        if let Some((own_v, next_v)) = self.edge_between_v() {
+            let most_v = next_v - (next_v - own_v) * R::from_f64(LEAST_PART);
+            self.set_opening(self.edge(), edge_v.max(own_v).min(most_v));
         }
     }
 
@@ -136,4 +144,77 @@ impl<R: Real> AreaTable<R> {
 fn power<R: Real>(part: f64, exponent: R) -> R {
     let exponent = exponent.max(R::ONE).min(R::from_f64(MOST_EXPONENT));
     R::from_f64(part).powf(exponent)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OPENINGS_V: [f64; 9] = [0.0, 0.2, 0.3, 0.4, 0.6, 1.0, 2.0, 3.5, 5.0];
+    const EDGE_V: f64 = 0.24;
+
+    /// A valve that opens at [`EDGE_V`] by a power of a sine.
+    fn area_m2(opening_v: f64, exponent: f64) -> f64 {
+        let part = ((opening_v - EDGE_V) / (5.0 - EDGE_V)).clamp(0.0, 1.0);
+        let quarter = 0.5 * core::f64::consts::PI;
+        1e-7 + 17e-6 * libm::pow(libm::sin(quarter * part), exponent)
+    }
+
+    fn table(exponent: f64) -> AreaTable<f64> {
+        let areas_m2 = OPENINGS_V.map(|opening_v| area_m2(opening_v, exponent));
+        AreaTable::new(&OPENINGS_V, &areas_m2).unwrap()
+    }
+
+    /// What a table misses of the curve at the most, as a part of its area.
+    fn missed(table: &AreaTable<f64>, exponent: f64) -> f64 {
+        let openings_v = (0..500).map(|step| 0.01 * f64::from(step));
+        let off = |opening_v: f64| {
+            let truth_m2 = area_m2(opening_v, exponent);
+            (table.area_m2(opening_v) / truth_m2 - 1.0).abs()
+        };
+        openings_v.map(off).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn val_nine_points_and_the_edge_give_a_smooth_curve() {
+        for exponent in [1.1, 1.25, 1.5] {
+            let chords = table(exponent);
+            let curve = chords.curved(Some(EDGE_V), 1.0);
+            let (before, after) = (missed(&chords, exponent), missed(&curve, exponent));
+            assert!(after < 0.2 * before, "{exponent}: {before} to {after}");
+            assert!(after < 0.05, "{exponent}: {after}");
+        }
+    }
+
+    #[test]
+    fn prop_points_are_met_no_area_falls_and_nought_changes_nothing() {
+        let chords = table(1.25);
+        assert_eq!(chords.curved(None, 0.0), chords);
+        for roundness in [0.3, 1.0] {
+            let curve = chords.curved(None, roundness);
+            for opening_v in OPENINGS_V {
+                let apart_m2 = curve.area_m2(opening_v) - chords.area_m2(opening_v);
+                assert!(apart_m2.abs() < 1e-18, "{opening_v}");
+            }
+            let areas_m2 = curve.areas_m2();
+            assert!(areas_m2.windows(2).all(|pair| pair[0] <= pair[1]));
+            assert!(areas_m2.len() <= TABLE_CAPACITY);
+        }
+    }
+
+    #[test]
+    fn prop_an_edge_stays_in_its_gap_and_a_full_table_keeps_its_chords() {
+        let (from_v, to_v) = table(1.25).edge_between_v().unwrap();
+        assert!((from_v - 0.2).abs() < 1e-12 && (to_v - 0.3).abs() < 1e-12);
+        for edge_v in [-1.0, 0.25, 9.0] {
+            let curve = table(1.25).curved(Some(edge_v), 1.0);
+            assert!(curve.openings_v().windows(2).all(|pair| pair[0] < pair[1]));
+        }
+        let openings_v: [f64; TABLE_CAPACITY] = core::array::from_fn(|point| 0.1 * point as f64);
+        let areas_m2 = openings_v.map(|opening_v| area_m2(opening_v, 1.25));
+        let full = AreaTable::<f64>::new(&openings_v, &areas_m2).unwrap();
+        assert_eq!(full.curved(None, 1.0), full);
+        let rising = AreaTable::<f64>::new(&[0.0, 1.0], &[0.0, 1e-6]).unwrap();
+        assert_eq!(rising.edge_between_v(), None);
+    }
 }

@@ -7,9 +7,9 @@ use super::nameplate::{
     AMBIENT, AREA_M2, BORE_M, BRISTLE_DAMPING_NS_M, BRISTLE_STIFFNESS_N_M, LAMINAR_RATIO,
     Nameplate, POSITION_NOISE_M, PRESSURE_NOISE_PA, SPEED_NOISE_M_S, STROKE_M,
 };
+use super::nature::Departure;
 use crate::plant::gas::{GAS_CONSTANT, HEAT_RATIO};
 use crate::plant::sensors::{POSITION_STEP_M, PRESSURE_STEP_PA};
-use crate::plant::valve::OPENINGS_V;
 use crate::random::Random;
 
 /// One standard deviation of what is typed: relative, absolute for a `_V` that
@@ -95,11 +95,11 @@ impl Belief {
     }
 
     /// The rig file.
-    pub(super) fn rig_toml(&self, nameplate: &Nameplate) -> String {
+    pub(super) fn rig_toml(&self, nameplate: &Nameplate, departure: &Departure) -> String {
         let mut text = String::from("format = \"rig/1\"\n");
-        self.signals(&mut text);
+        self.signals(&mut text, departure.declared_noise);
         self.surroundings(&mut text, nameplate);
-        self.valve(&mut text, nameplate);
+        self.valve(&mut text, nameplate, departure);
         self.body(&mut text, nameplate);
         section(&mut text, "uncertainty");
         for (key, deviation) in UNCERTAINTY {
@@ -108,12 +108,12 @@ impl Belief {
         text
     }
 
-    fn signals(&self, text: &mut String) {
+    fn signals(&self, text: &mut String, [of_pressure, of_position]: [f64; 2]) {
         let noise = self.declared.noise;
         let pressure = |column: &str| {
             format!(
                 "{{ column = \"{column}\", unit = \"Pa(abs)\", noise = {:.1}, resolution = {PRESSURE_STEP_PA:.1} }}",
-                noise * PRESSURE_NOISE_PA
+                of_pressure * noise * PRESSURE_NOISE_PA
             )
         };
         section(text, "signals");
@@ -126,7 +126,7 @@ impl Belief {
         }
         let position = format!(
             "{{ column = \"x_m\", unit = \"m\", noise = {:e}, resolution = {POSITION_STEP_M:e} }}",
-            noise * POSITION_NOISE_M
+            of_position * noise * POSITION_NOISE_M
         );
         line(text, "x", &position);
         let speed = format!(
@@ -152,18 +152,24 @@ impl Belief {
         line(text, "pressure_Pa", &significant(pressure_pa, 4));
     }
 
-    fn valve(&self, text: &mut String, nameplate: &Nameplate) {
+    fn valve(&self, text: &mut String, nameplate: &Nameplate, departure: &Departure) {
         section(text, "valve");
         line(text, "feeds_a_when", "\"above-null\"");
         line(text, "null_V", &format!("{:.3}", self.null_v(nameplate)));
         let critical = self.typed("valve.critical_pressure_ratio", nameplate.critical_ratio);
         line(text, "critical_pressure_ratio", &format!("{critical:.3}"));
         line(text, "laminar_pressure_ratio", &LAMINAR_RATIO.to_string());
-        let truth_m2 = nameplate.curve.table_m2();
-        let openings = OPENINGS_V.map(|opening_v| self.typed("valve.opening_V", opening_v));
-        let supply = truth_m2.map(|area_m2| self.typed("valve.supply_area_m2", area_m2));
-        let exhaust = truth_m2
-            .map(|area_m2| self.typed("valve.exhaust_area_m2", nameplate.asymmetry * area_m2));
+        let truth_m2 = measured(nameplate, departure);
+        let openings_v = departure.openings_v.iter();
+        let openings: Vec<f64> = openings_v
+            .map(|opening_v| self.typed("valve.opening_V", *opening_v))
+            .collect();
+        let scaled = |key: &str, scale: f64| -> Vec<f64> {
+            let typed = |area_m2: &f64| self.typed(key, scale * area_m2);
+            truth_m2.iter().map(typed).collect()
+        };
+        let supply = scaled("valve.supply_area_m2", 1.0);
+        let exhaust = scaled("valve.exhaust_area_m2", nameplate.asymmetry);
         line(text, "opening_V", &table(&openings));
         line(text, "supply_area_m2", &table(&supply));
         line(text, "exhaust_area_m2", &table(&exhaust));
@@ -241,6 +247,17 @@ impl Belief {
             ),
         );
     }
+}
+
+/// The areas of a supply path as they were measured; none falls.
+fn measured(nameplate: &Nameplate, departure: &Departure) -> Vec<f64> {
+    let mut most_m2 = 0.0_f64;
+    let points = departure.openings_v.iter().zip(&departure.measured);
+    let areas = points.map(|(opening_v, wrong)| {
+        most_m2 = most_m2.max(wrong * departure.area_m2(&nameplate.curve, *opening_v));
+        most_m2
+    });
+    areas.collect()
 }
 
 fn section(text: &mut String, name: &str) {

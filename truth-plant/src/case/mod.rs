@@ -4,6 +4,7 @@ mod belief;
 mod excitation;
 mod kind;
 mod nameplate;
+mod nature;
 mod truth;
 
 use std::fmt::Write as _;
@@ -13,6 +14,8 @@ use excitation::{Excitation, FILES, Reach, TRAINING};
 pub use kind::{Kind, UnknownKind};
 use kind::{Plan, Wish};
 use nameplate::Nameplate;
+use nature::Departure;
+pub use nature::Nature;
 pub use truth::{Onset, TrueEffect, Truth};
 
 use crate::effects::{self, Draw, Strength};
@@ -42,6 +45,7 @@ pub struct Case {
 #[derive(Clone, Debug)]
 struct Design {
     seed: u64,
+    nature: Nature,
     plan: Plan,
 }
 
@@ -55,6 +59,7 @@ pub fn draw(seed: u64, kind: Kind) -> Case {
 pub struct Request {
     seed: u64,
     kind: Kind,
+    nature: Nature,
     wish: Wish,
 }
 
@@ -64,8 +69,16 @@ impl Request {
         Self {
             seed,
             kind,
+            nature: Nature::default(),
             wish: Wish::default(),
         }
+    }
+
+    /// Of a rig of this nature.
+    #[must_use]
+    pub fn with_nature(mut self, nature: Nature) -> Self {
+        self.nature = nature;
+        self
     }
 
     /// With this effect first among those of the kind.
@@ -111,6 +124,7 @@ impl Request {
         let mut random = Random::new(self.seed, Purpose::Choice);
         Design {
             seed: self.seed,
+            nature: self.nature,
             plan: Plan::draw(&mut random, self.kind, &self.wish),
         }
     }
@@ -151,6 +165,7 @@ impl Case {
 /// The rig, its plant without and with the effects, and what the effects are.
 struct World {
     nameplate: Nameplate,
+    departure: Departure,
     usual: Physics,
     changed: Physics,
     effects: Vec<TrueEffect>,
@@ -175,7 +190,7 @@ impl Design {
         Case {
             name: format!("case-{:06}", self.seed),
             seed: self.seed,
-            rig_toml: belief.rig_toml(&world.nameplate),
+            rig_toml: belief.rig_toml(&world.nameplate, &world.departure),
             train: recordings,
             held_out,
             truth: self.truth(world),
@@ -197,7 +212,12 @@ impl Design {
 
     fn world(&self) -> World {
         let nameplate = Nameplate::draw(&mut Random::new(self.seed, Purpose::Plant));
+        let departure = match self.nature {
+            Nature::Laboratory => Departure::none(),
+            Nature::ShopFloor => Departure::draw(&mut Random::new(self.seed, Purpose::Nature)),
+        };
         let mut usual = nameplate.physics(self.plan.noise);
+        departure.apply(&nameplate.curve, &mut usual);
         usual.mechanics.friction.presliding = self.plan.presliding;
         let mut changed = usual.clone();
         let mut effects = Vec::new();
@@ -213,6 +233,7 @@ impl Design {
         }
         World {
             nameplate,
+            departure,
             usual,
             changed,
             effects,
@@ -320,6 +341,7 @@ impl Design {
             plant: world.nameplate.named_values(&world.changed),
             effects: world.effects,
             kind: self.plan.kind,
+            nature: self.nature,
             off_list,
             observable: self.plan.kind != Kind::Unobservable,
             noise: self.plan.noise,

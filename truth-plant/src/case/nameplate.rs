@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use crate::plant::Physics;
 use crate::plant::friction::{Friction, Presliding};
-use crate::plant::gas::{FlowShape, Leak, Node};
+use crate::plant::gas::{FlowShape, Leak, Node, PAPER_DISCHARGE};
 use crate::plant::heat::Heat;
 use crate::plant::mechanics::Mechanics;
 use crate::plant::network::{Cylinder, Network, Supply};
 use crate::plant::sensors::Sensors;
-use crate::plant::valve::{AreaCurve, Areas, CommandPath};
+use crate::plant::valve::{AreaCurve, Areas, CommandPath, OPENINGS_V};
 use crate::random::Random;
 
 /// Constants of the seed paper's axis that all rigs share and know.
@@ -83,8 +83,10 @@ impl Nameplate {
             command: CommandPath::default(),
             areas: Areas {
                 null_v: self.null_v,
-                supply_m2: self.curve.table_m2(),
+                openings_v: OPENINGS_V.to_vec(),
+                supply_m2: self.curve.table_m2().to_vec(),
                 asymmetry: self.asymmetry,
+                exhaust_late_v: 0.0,
             },
             network: self.network(),
             mechanics: self.mechanics(),
@@ -92,6 +94,8 @@ impl Nameplate {
                 pressure_lag_s: 0.0,
                 second_pressure_lag_s: 0.0,
                 pressure_offset_pa: [0.0; 2],
+                pressure_gain: [1.0; 2],
+                position_gain: 1.0,
                 position_late_s: 0.0,
                 position_wave_m: [0.0, 1.0],
                 pressure_noise_pa: noise * PRESSURE_NOISE_PA,
@@ -114,6 +118,7 @@ impl Nameplate {
             flow: FlowShape {
                 critical_ratio: self.critical_ratio,
                 laminar_ratio: LAMINAR_RATIO,
+                discharge: PAPER_DISCHARGE,
             },
             area_by_temperature: 0.0,
             line: None,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::kind::{Kind, Planned};
+use super::nature::Nature;
 use crate::effects::{Applied, Form, Strength};
 use crate::plant::Window;
 use crate::plant::friction::Presliding;
@@ -16,6 +17,9 @@ pub struct Truth {
     pub effects: Vec<TrueEffect>,
     /// What kind of case it is.
     pub kind: Kind,
+    /// Where the rig stands.
+    #[serde(default)]
+    pub nature: Nature,
     /// Whether an effect is among them that no verdict has a name for.
     pub off_list: bool,
     /// False if the recordings were driven so that they cannot show the effects.

@@ -2,7 +2,6 @@
 
 use super::{Applied, COMMAND, Draw, Effect, FLOW, FORCE};
 use crate::plant::mechanics::{Cable, Disturbance};
-use crate::plant::valve::OPENINGS_V;
 
 /// Opening over which a loss of discharge fades.
 const DISCHARGE_FADE_V: f64 = 0.6;
@@ -56,7 +55,8 @@ fn null_drift(draw: &mut Draw<'_>) -> Applied {
 
 fn discharge_by_opening(draw: &mut Draw<'_>) -> Applied {
     let loss = draw.size([0.02, 0.15, 0.3, 0.55]);
-    for (area_m2, opening_v) in draw.physics.areas.supply_m2.iter_mut().zip(OPENINGS_V) {
+    let areas = &mut draw.physics.areas;
+    for (area_m2, opening_v) in areas.supply_m2.iter_mut().zip(&areas.openings_v) {
         *area_m2 *= 1.0 - loss * libm::exp(-opening_v / DISCHARGE_FADE_V);
     }
     Applied::new(FLOW, "loss at small openings", [("relative_loss", loss)])

@@ -108,15 +108,20 @@ impl Stream {
 
 /// How the flow through a restriction depends on the pressure ratio: an
 /// ellipse between the critical ratio and the laminar one, a straight line
-/// from there to 1 (ISO 6358 with the seed paper's linear end), times the
-/// paper's discharge coefficient.
+/// from there to 1 (ISO 6358 with the seed paper's linear end), times a
+/// discharge coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlowShape {
     /// Pressure ratio below which the flow is choked.
     pub critical_ratio: f64,
     /// Pressure ratio above which the flow is proportional to the difference.
     pub laminar_ratio: f64,
+    /// The discharge coefficient: constant, linear and quadratic term in the pressure ratio.
+    pub discharge: [f64; 3],
 }
+
+/// The discharge coefficient of the paper, (2).
+pub const PAPER_DISCHARGE: [f64; 3] = [0.8153, 0.0933, -0.1038];
 
 impl FlowShape {
     /// Flow relative to the choked one.
@@ -141,8 +146,8 @@ impl FlowShape {
         let forwards = from.pressure_pa >= to.pressure_pa;
         let (high, low) = if forwards { (from, to) } else { (to, from) };
         let ratio = (low.pressure_pa / high.pressure_pa).max(0.0);
-        // Cd(r) of the paper, (2).
-        let discharge = 0.8153 + ratio * (0.0933 - 0.1038 * ratio);
+        let [constant, linear, quadratic] = self.discharge;
+        let discharge = constant + ratio * (linear + ratio * quadratic);
         let size = area_m2 * discharge * choked_coefficient() * high.pressure_pa
             / high.temperature_k.sqrt()
             * self.fraction(ratio);

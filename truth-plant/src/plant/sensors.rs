@@ -13,6 +13,10 @@ pub struct Sensors {
     pub second_pressure_lag_s: f64,
     /// Offsets of the chamber pressures.
     pub pressure_offset_pa: [f64; 2],
+    /// Gains of the chamber pressures.
+    pub pressure_gain: [f64; 2],
+    /// Gain of the position.
+    pub position_gain: f64,
     /// How much position and speed come late.
     pub position_late_s: f64,
     /// A periodic error of the position: amplitude and period.
@@ -149,6 +153,7 @@ impl SensorState {
         let [wave_m, period_m] = sensors.position_wave_m;
         let wrong_m = wave_m * libm::sin(2.0 * core::f64::consts::PI * position_m / period_m);
         let noise = &mut self.noise;
+        let [gain_a, gain_b] = sensors.pressure_gain;
         let pressure = |true_pa: f64, offset_pa: f64, random: &mut Random| {
             let noisy_pa = true_pa + offset_pa + sensors.pressure_noise_pa * random.normal();
             quantised(noisy_pa, PRESSURE_STEP_PA)
@@ -158,19 +163,21 @@ impl SensorState {
             time_s,
             pressure_pa: [
                 pressure(
-                    self.twice_lagged_pa[0],
+                    gain_a * self.twice_lagged_pa[0],
                     sensors.pressure_offset_pa[0],
                     random_a,
                 ),
                 pressure(
-                    self.twice_lagged_pa[1],
+                    gain_b * self.twice_lagged_pa[1],
                     sensors.pressure_offset_pa[1],
                     random_b,
                 ),
             ],
             supply_pa: pressure(supply_pa, 0.0, &mut noise.supply),
             position_m: quantised(
-                position_m + wrong_m + sensors.position_noise_m * noise.position.normal(),
+                sensors.position_gain * position_m
+                    + wrong_m
+                    + sensors.position_noise_m * noise.position.normal(),
                 POSITION_STEP_M,
             ),
             speed_m_per_s: speed_m_per_s + sensors.speed_noise_m_per_s * noise.speed.normal(),

@@ -25,7 +25,8 @@ pub struct AreaCurve {
 }
 
 impl AreaCurve {
-    fn area_m2(&self, opening_v: f64) -> f64 {
+    /// The area at an opening.
+    pub fn area_m2(&self, opening_v: f64) -> f64 {
         let free_v = opening_v - self.overlap_v;
         if free_v <= 0.0 {
             return self.leak_m2;
@@ -40,15 +41,19 @@ impl AreaCurve {
     }
 }
 
-/// The areas of the four paths.
+/// The areas of the four paths, linear between points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Areas {
     /// Command at which the spool is centred.
     pub null_v: f64,
-    /// Areas of a supply path at [`OPENINGS_V`].
-    pub supply_m2: [f64; OPENINGS_V.len()],
+    /// Openings of the points, rising from nought.
+    pub openings_v: Vec<f64>,
+    /// Areas of a supply path at these.
+    pub supply_m2: Vec<f64>,
     /// Exhaust area over supply area.
     pub asymmetry: f64,
+    /// How much later than the supply path the exhaust path opens.
+    pub exhaust_late_v: f64,
 }
 
 /// What the four paths let through now.
@@ -64,14 +69,15 @@ impl Areas {
     /// Area of a supply path at an opening: shut and wide open it stays as at
     /// the table's ends.
     pub fn at_m2(&self, opening_v: f64) -> f64 {
-        let above = OPENINGS_V.partition_point(|point_v| *point_v <= opening_v);
+        let openings_v = &self.openings_v;
+        let above = openings_v.partition_point(|point_v| *point_v <= opening_v);
         let Some(below) = above.checked_sub(1) else {
             return self.supply_m2[0];
         };
-        if above == OPENINGS_V.len() {
+        if above == openings_v.len() {
             return self.supply_m2[below];
         }
-        let share = (opening_v - OPENINGS_V[below]) / (OPENINGS_V[above] - OPENINGS_V[below]);
+        let share = (opening_v - openings_v[below]) / (openings_v[above] - openings_v[below]);
         self.supply_m2[below] + share * (self.supply_m2[above] - self.supply_m2[below])
     }
 
@@ -82,7 +88,8 @@ impl Areas {
         let backwards = self.at_m2(-opening_v);
         Paths {
             supply_m2: [forwards, backwards],
-            exhaust_m2: [backwards * self.asymmetry, forwards * self.asymmetry],
+            exhaust_m2: [-opening_v, opening_v]
+                .map(|opening_v| self.at_m2(opening_v - self.exhaust_late_v) * self.asymmetry),
         }
     }
 }

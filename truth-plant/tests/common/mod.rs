@@ -2,12 +2,12 @@
 
 use truth_plant::plant::Physics;
 use truth_plant::plant::friction::{Friction, Presliding};
-use truth_plant::plant::gas::{FlowShape, Leak, Node};
+use truth_plant::plant::gas::{FlowShape, Leak, Node, PAPER_DISCHARGE};
 use truth_plant::plant::heat::Heat;
 use truth_plant::plant::mechanics::Mechanics;
 use truth_plant::plant::network::{Cylinder, Network, Supply};
 use truth_plant::plant::sensors::Sensors;
-use truth_plant::plant::valve::{AreaCurve, Areas, CommandPath};
+use truth_plant::plant::valve::{AreaCurve, Areas, CommandPath, OPENINGS_V};
 
 /// The surroundings.
 pub const AMBIENT: Node = Node {
@@ -28,8 +28,10 @@ pub fn axis() -> Physics {
         command: CommandPath::default(),
         areas: Areas {
             null_v: 5.0,
-            supply_m2: curve.table_m2(),
+            openings_v: OPENINGS_V.to_vec(),
+            supply_m2: curve.table_m2().to_vec(),
             asymmetry: 1.05,
+            exhaust_late_v: 0.0,
         },
         network: Network {
             ambient: AMBIENT,
@@ -43,6 +45,7 @@ pub fn axis() -> Physics {
             flow: FlowShape {
                 critical_ratio: 0.3,
                 laminar_ratio: 0.985,
+                discharge: PAPER_DISCHARGE,
             },
             area_by_temperature: 0.0,
             line: None,
@@ -92,6 +95,8 @@ pub fn axis() -> Physics {
             pressure_lag_s: 0.0,
             second_pressure_lag_s: 0.0,
             pressure_offset_pa: [0.0; 2],
+            pressure_gain: [1.0; 2],
+            position_gain: 1.0,
             position_late_s: 0.0,
             position_wave_m: [0.0, 1.0],
             pressure_noise_pa: 0.0,
