@@ -215,9 +215,11 @@ impl<R: Real> Values<'_, R> {
         let valve = self.rig.valve.as_ref()?;
         let shift = self.shift_of_openings();
         let stretch = self.get_or("valve.opening_V", 1.0);
-        let edge_v = self.get("valve.edge_V").map(|edge_v| edge_v / stretch);
+        let edge_at = |key: &str| self.get(key).map(|edge_v| edge_v / stretch);
+        let supply_edge_v = edge_at("valve.edge_V");
+        let exhaust_edge_v = edge_at("valve.exhaust_edge_V").or(supply_edge_v);
         let roundness = self.get_or("valve.curve_roundness", 0.0);
-        let table = |areas: &[f64], scale: &str| {
+        let table = |areas: &[f64], scale: &str, edge_v: Option<R>| {
             let mut table = AreaTable::new(&valve.opening_v, areas)?;
             if let Some((from, to, shifts_v)) = shift {
                 let off_by_v =
@@ -234,8 +236,12 @@ impl<R: Real> Values<'_, R> {
                 null_v: self.get_or("valve.null_V", paper::NULL_V),
                 feeds_a_above_null: valve.feeds_a_when == FeedsAWhen::AboveNull,
                 law: self.flow_law(),
-                supply: table(&valve.supply_area_m2, "valve.supply_area_m2")?,
-                exhaust: table(&valve.exhaust_area_m2, "valve.exhaust_area_m2")?,
+                supply: table(&valve.supply_area_m2, "valve.supply_area_m2", supply_edge_v)?,
+                exhaust: table(
+                    &valve.exhaust_area_m2,
+                    "valve.exhaust_area_m2",
+                    exhaust_edge_v,
+                )?,
             })
         };
         Some(build())

@@ -229,6 +229,16 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) ->
 
 fn valve(valve: &model_core::valve::Valve<f32>) -> Valve {
     let column = |points: &[f32]| Column::from_slice(points).unwrap_or_default();
+    // The board has one column of openings: where the exhaust has an edge of its own, its areas at
+    // those of the supply.
+    let supply_v = valve.supply.openings_v().iter();
+    let (stretch, scale) = (valve.exhaust.opening_stretch, valve.exhaust.area_scale);
+    let exhaust_m2 = supply_v.map(|opening_v| valve.exhaust.area_m2(opening_v * stretch) / scale);
+    let exhaust_m2: Vec<f32> = if valve.exhaust.openings_v() == valve.supply.openings_v() {
+        valve.exhaust.areas_m2().to_vec()
+    } else {
+        exhaust_m2.collect()
+    };
     Valve {
         null_v: valve.null_v,
         feeds_a_above_null: valve.feeds_a_above_null,
@@ -237,7 +247,7 @@ fn valve(valve: &model_core::valve::Valve<f32>) -> Valve {
         discharge_slope: valve.law.discharge_slope,
         openings_v: column(valve.supply.openings_v()),
         supply_areas_m2: column(valve.supply.areas_m2()),
-        exhaust_areas_m2: column(valve.exhaust.areas_m2()),
+        exhaust_areas_m2: column(&exhaust_m2),
         opening_stretch: valve.supply.opening_stretch,
         supply_area_scale: valve.supply.area_scale,
         exhaust_area_scale: valve.exhaust.area_scale,

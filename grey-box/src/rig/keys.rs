@@ -248,6 +248,8 @@ pub(super) static NUMBERS: &[NumberKey] = &[
         facts("1", "0.0933", "linear term of the discharge coefficient over the pressure ratio, Cd(r) = 0.8153 + s r - 0.1038 r^2", "measured flow over pressure ratio; left out: 0.0933 of the paper")),
     number!("valve.edge_V", valve.edge_v?, OPENING,
         facts("V", "0.2 to 0.4", "opening at which the areas begin to rise, between the last point with the leakage alone and the next", "measure: the least command beside the null that moves the piston; left out: the last point with the leakage")),
+    number!("valve.exhaust_edge_V", valve.exhaust_edge_v?, OPENING,
+        facts("V", "0.2 to 0.4", "the same of the exhaust areas", "measure: the least command that vents a closed port; left out: that of the supply")),
     number!("valve.curve_roundness", valve.curve_roundness?, ROUNDNESS,
         facts("1", "1", "shape between the points of the tables: 0 straight lines, 1 a smooth curve", "a real valve is smooth; left out: straight lines")),
     number!("cylinder.stroke_m", cylinder.stroke_m?, STROKE,

@@ -240,6 +240,8 @@ pub struct Valve {
     pub discharge_slope: Option<f64>,
     /// Where the areas begin to rise, V: between the last point with the leakage and the next.
     pub edge_v: Option<f64>,
+    /// The same of the exhaust areas, where it is another opening.
+    pub exhaust_edge_v: Option<f64>,
     /// From chords between the points of the tables, 0, to a smooth curve through them, 1.
     pub curve_roundness: Option<f64>,
     /// Opening `abs(u - null)` of the points of both tables, V, increasing.

@@ -284,7 +284,7 @@ fn bounds_of_shape(rig: &Rig, key: &str) -> Option<(f64, f64)> {
         // From the critical ratio on there is no law; at 1 its slope is infinite.
         "valve.laminar_pressure_ratio" => Some((0.9, 0.9995)),
         "valve.discharge_slope" => Some((-0.1, 0.25)),
-        "valve.edge_V" => edge_between_v(rig.valve.as_ref()?),
+        "valve.edge_V" | "valve.exhaust_edge_V" => edge_between_v(rig.valve.as_ref()?, key),
         _ => None,
     }
 }

@@ -28,7 +28,16 @@ const SHAPE: [(&str, f64, f64); 2] = [
 ];
 
 /// Numbers for which a bound is as good a value as any: chords, a smooth curve, an edge at a point.
-pub(super) const MAY_END_AT_A_BOUND: [&str; 2] = ["valve.curve_roundness", "valve.edge_V"];
+pub(super) const MAY_END_AT_A_BOUND: [&str; 3] =
+    ["valve.curve_roundness", "valve.edge_V", EXHAUST_EDGE];
+
+/// A path begins to open within so much of the last point at which it is closed, V: dead zones of
+/// one type of valve differ by no more (0.2 to 0.5 V over all types), however far the next point is.
+const LATEST_EDGE_V: f64 = 0.1;
+
+/// Where the areas of either path begin to rise.
+const EDGES: [&str; 2] = ["valve.edge_V", EXHAUST_EDGE];
+const EXHAUST_EDGE: &str = "valve.exhaust_edge_V";
 
 /// The rig with what it does not state, and how well its numbers are known.
 pub fn with_built_in_priors(rig: &Rig) -> Rig {
@@ -48,14 +57,17 @@ pub fn with_built_in_priors(rig: &Rig) -> Rig {
     for (key, _, part) in SHAPE {
         is_known_to(key, part);
     }
-    let edge = edge_between_v(valve);
-    if let Some((from_v, to_v)) = edge {
-        // That of an even spread over the gap.
-        is_known_to("valve.edge_V", (to_v - from_v) / 12.0_f64.sqrt());
+    let edges = EDGES.map(|key| (key, edge_between_v(valve, key)));
+    let mut numbers = SHAPE.map(|(key, number, _)| (key, number)).to_vec();
+    for (key, gap) in edges {
+        if let Some((from_v, to_v)) = gap {
+            let within_v = (to_v - from_v).min(LATEST_EDGE_V);
+            // The deviation of an even spread.
+            is_known_to(key, within_v / 12.0_f64.sqrt());
+            numbers.push((key, from_v + 0.5 * within_v));
+        }
     }
-    let middle = edge.map(|(from_v, to_v)| ("valve.edge_V", f64::midpoint(from_v, to_v)));
-    let shape = SHAPE.map(|(key, number, _)| (key, number));
-    for (key, number) in shape.into_iter().chain(middle) {
+    for (key, number) in numbers {
         if rig.value(key).is_none() {
             // A valve has a place for each.
             let _ = known.set_value(key, number);
@@ -64,9 +76,14 @@ pub fn with_built_in_priors(rig: &Rig) -> Rig {
     known
 }
 
-/// Between which openings the areas begin to rise, V.
-pub(super) fn edge_between_v(valve: &Valve) -> Option<(f64, f64)> {
-    let table = AreaTable::<f64>::new(&valve.opening_v, &valve.supply_area_m2);
+/// Between which openings the areas of the path of an edge begin to rise, V.
+pub(super) fn edge_between_v(valve: &Valve, key: &str) -> Option<(f64, f64)> {
+    let areas_m2 = if key == EXHAUST_EDGE {
+        &valve.exhaust_area_m2
+    } else {
+        &valve.supply_area_m2
+    };
+    let table = AreaTable::<f64>::new(&valve.opening_v, areas_m2);
     table.ok()?.edge_between_v()
 }
 
@@ -87,9 +104,11 @@ mod tests {
             assert_eq!(known.value(key), Some(number), "{key}");
             assert!(known.uncertainty_sd(key).unwrap() > 0.0, "{key}");
         }
-        let (from_v, to_v) = edge_between_v(rig.valve.as_ref().unwrap()).unwrap();
-        let edge_v = known.value("valve.edge_V").unwrap();
-        assert!(from_v < edge_v && edge_v < to_v);
+        for key in EDGES {
+            let (from_v, to_v) = edge_between_v(rig.valve.as_ref().unwrap(), key).unwrap();
+            let edge_v = known.value(key).unwrap();
+            assert!(from_v < edge_v && edge_v < to_v);
+        }
         rig.valve = None;
         assert_eq!(with_built_in_priors(&rig).value("valve.edge_V"), None);
     }

@@ -481,6 +481,7 @@ mod tests {
     /// A spool of 60 Hz was called a delay, with 0.95: three iterations from the rig as given put
     /// the delay first, and what leaves little more than noise had no rival.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_a_delay_in_the_place_of_a_spool_is_exchanged_for_it() {
         let (rig, recordings) = drawn::of_kind(Kind::Single, 5, Strength::Weak, "spool-dynamics");
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
@@ -501,6 +502,7 @@ mod tests {
     /// Under ten times the noise the gauge that was off went out first, and the other stood for it:
     /// by a hair less on one output, by ten squares of deviations further from the rig file.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_of_two_gauges_the_one_that_leaves_least_stays() {
         let (rig, recordings) = drawn::weak_offset_under_noise();
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
