@@ -11,7 +11,7 @@
 //!   table of spellings, limits, units and meanings).
 //! * [`Rig::to_toml`]: structs to text (`write.rs`); [`Rig::edited`]: a person's text with
 //!   changed numbers, its comments and order kept (`edit.rs`).
-//! * [`reference`]: the table as `docs/rig.md` and as a schema for editors.
+//! * [`mod@reference`]: the table as `docs/rig.md` and as a schema for editors.
 //! * `stated_flow.rs`: areas from the flow of a data sheet.
 //!
 //! All values are SI, pressures absolute. Every section is optional. The names

@@ -6,7 +6,7 @@
 //! case `fixtures/leaking-axis` was drawn by `truth-plant`, which shares no code with
 //! the model; its truth is sealed by its hash before the diagnosis, opened after.
 //!
-//! The demo writes into a folder of its own only, which its [`MARK`] shows to be its own.
+//! The demo writes into a folder of its own only, which its `MARK` shows to be its own.
 
 use super::closed_loop::{self, LoopArguments};
 use super::diagnose::{self, DiagnoseArguments};
