@@ -1,11 +1,16 @@
 //! What the workspace tests share.
 
+use host_sim::diagnose::{Diagnosis, diagnose};
+use host_sim::recording::Recording;
+use host_sim::rig::Rig;
 use model_core::axis::{Axis, AxisInputs};
 use model_core::carriage::CarriageState;
 use model_core::chamber::{Chamber, ChamberFlow, ChamberState};
 use model_core::real::Real;
 use model_core::valve::{FlowLaw, GasState};
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
+use xtask::practice;
 
 /// A folder of recordings, if it is there: in `$PNEUMA_RECORDINGS`, else beside the workspace in
 /// `../shared/recordings`. Where it is missing it says so, and tests that need it pass; in
@@ -29,6 +34,22 @@ pub fn recordings(folder: &str) -> Option<PathBuf> {
     println!("SKIPPED: no recordings at {}", folder.display());
     println!("SKIPPED: set PNEUMA_RECORDINGS to the folder that holds `real` and `practice`");
     None
+}
+
+/// The diagnosis of an axis: `rig.toml`, `train-*.csv` and `held-*.csv` of a folder.
+///
+/// # Panics
+/// If they cannot be read.
+pub fn diagnosed(folder: &Path) -> Diagnosis {
+    let rig = Rig::read(folder.join("rig.toml")).expect("a rig");
+    let read = |begin: &str| -> Vec<Recording> {
+        let files = practice::recordings(folder, begin).expect("recordings");
+        let read = |file: &PathBuf| Recording::read(file, &rig.signals).expect("a recording");
+        files.iter().map(read).collect()
+    };
+    let held_out = || Ok::<_, Infallible>(read("held"));
+    let Ok(diagnosis) = diagnose(&rig, read("train"), held_out, &|_| ());
+    diagnosis
 }
 
 /// State of [`plain_step`].

@@ -9,26 +9,14 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
-use host_sim::diagnose::diagnose;
-use host_sim::recording::Recording;
-use host_sim::rig::Rig;
-use std::convert::Infallible;
-use std::path::PathBuf;
-use xtask::practice::{self, Truth};
+use xtask::practice::Truth;
 
 /// Verdict, effects, places and sizes are the true ones. The remarks beside them.
 fn is_understood(axis: &str) -> Vec<String> {
     let Some(folder) = tests::recordings(&format!("practice/{axis}")) else {
         return Vec::new();
     };
-    let rig = Rig::read(folder.join("rig.toml")).unwrap();
-    let read = |begin: &str| -> Vec<Recording> {
-        let files = practice::recordings(&folder, begin).unwrap();
-        let read = |file: &PathBuf| Recording::read(file, &rig.signals).unwrap();
-        files.iter().map(read).collect()
-    };
-    let held_out = || Ok::<_, Infallible>(read("held"));
-    let Ok(diagnosis) = diagnose(&rig, read("train"), held_out, &|_| ());
+    let diagnosis = tests::diagnosed(&folder);
     let verdict = serde_json::to_value(&diagnosis.verdict).unwrap();
     println!("{axis}: {}", diagnosis.verdict.sentence);
     let truth = Truth::read(&folder).unwrap();

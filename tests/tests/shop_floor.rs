@@ -6,27 +6,14 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
-use host_sim::diagnose::diagnose;
-use host_sim::recording::Recording;
-use host_sim::rig::Rig;
 use serde_json::Value;
-use std::convert::Infallible;
-use std::path::PathBuf;
-use xtask::practice;
 
 /// Verdict and effects are the true ones.
 fn is_understood(axis: &str) {
     let Some(folder) = tests::recordings(&format!("shopfloor/{axis}")) else {
         return;
     };
-    let rig = Rig::read(folder.join("rig.toml")).unwrap();
-    let read = |begin: &str| -> Vec<Recording> {
-        let files = practice::recordings(&folder, begin).unwrap();
-        let read = |file: &PathBuf| Recording::read(file, &rig.signals).unwrap();
-        files.iter().map(read).collect()
-    };
-    let held_out = || Ok::<_, Infallible>(read("held"));
-    let Ok(diagnosis) = diagnose(&rig, read("train"), held_out, &|_| ());
+    let diagnosis = tests::diagnosed(&folder);
     let verdict = serde_json::to_value(&diagnosis.verdict).unwrap();
     println!("{axis}: {}", diagnosis.verdict.sentence);
     let truth = std::fs::read_to_string(folder.join("truth.json")).unwrap();

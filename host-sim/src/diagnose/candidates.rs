@@ -10,7 +10,7 @@ use crate::fit::law_problem::{FreeParameter, Scope};
 use crate::fit::{Parameter, Prior};
 use crate::laws::{Law, Track, white_noise};
 use crate::model::{Side, Values};
-use crate::rig::{ChamberModel, PositionZero, Rig};
+use crate::rig::{ChamberModel, PositionZero, Rig, key_bounds};
 use model_core::left_out::FORGETTING_WAY_M;
 use model_core::valve::GasState;
 
@@ -280,10 +280,9 @@ pub fn ordinary_parameter(rig: &Rig, key: &str) -> Option<FreeParameter> {
 /// Bounds of the numbers that shape the valve's flow.
 fn bounds_of_shape(rig: &Rig, key: &str) -> Option<(f64, f64)> {
     match key {
-        "valve.curve_roundness" => Some((0.0, 1.0)),
+        "valve.curve_roundness" | "valve.discharge_slope" => key_bounds(key),
         // From the critical ratio on there is no law; at 1 its slope is infinite.
         "valve.laminar_pressure_ratio" => Some((0.9, 0.9995)),
-        "valve.discharge_slope" => Some((-0.1, 0.25)),
         "valve.edge_V" | "valve.exhaust_edge_V" => edge_between_v(rig.valve.as_ref()?, key),
         _ => None,
     }
