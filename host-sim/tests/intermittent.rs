@@ -22,6 +22,7 @@ fn read(rig: &Rig, files: &[(String, String)]) -> Vec<Recording> {
 }
 
 #[test]
+#[ignore = "long: cargo xtask test --all"]
 fn val_an_effect_that_is_there_for_a_fifth_of_the_time_is_named() {
     let request = Request::new(SEED, Kind::Onset).with_strength(Strength::Strong);
     let case: Case = request.draw();

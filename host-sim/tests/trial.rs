@@ -222,18 +222,24 @@ fn regress_page_and_tables_show_marks_and_misses() {
     assert!(widths.len() == 2 && widths[0] == widths[1], "{widths:?}");
 }
 
+fn weighed(kind: Kind, effect: &str, strength: Strength) -> Materiality {
+    let request = Request::new(31, kind)
+        .with_noise(1.0)
+        .with_strength(strength);
+    let weighed = weigh(&request.with_effect(effect).unwrap().draw());
+    assert!(weighed.clean.is_some());
+    weighed.materiality[0].clone()
+}
+
 #[test]
-fn val_ablation_tells_what_counts_from_what_does_not() {
-    let weighed = |kind, effect: &str, strength| {
-        let request = Request::new(31, kind)
-            .with_noise(1.0)
-            .with_strength(strength);
-        let weighed = weigh(&request.with_effect(effect).unwrap().draw());
-        assert!(weighed.clean.is_some());
-        weighed.materiality[0].clone()
-    };
+fn val_ablation_tells_what_counts() {
     let strong = weighed(Kind::Single, "valve-delay", Strength::Strong);
     assert!(strong.material && strong.energy_ratio > 10.0, "{strong:?}");
+}
+
+#[test]
+#[ignore = "long: cargo xtask test --all"]
+fn val_ablation_tells_what_does_not_count() {
     let small = weighed(Kind::Single, "valve-delay", Strength::Immaterial);
     assert!(!small.material && small.energy_ratio < 10.0, "{small:?}");
     // Slow motion about the middle never asks for a fast spool.

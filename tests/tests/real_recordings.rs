@@ -138,6 +138,7 @@ fn seal(seal: [&'static str; 4], mark_n: f64) {
 }
 
 #[test]
+#[ignore = "long: cargo xtask test --all"]
 fn val_o_ring_has_dry_friction_that_grows_with_pressure() {
     seal(
         [

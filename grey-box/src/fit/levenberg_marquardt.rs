@@ -360,7 +360,7 @@ impl Fit {
 /// Fit `parameters` to `problem`.
 ///
 /// ```
-/// use host_sim::fit::{NormalEquations, Options, Parameter, solve};
+/// use grey_box::fit::{NormalEquations, Options, Parameter, solve};
 ///
 /// // A line through four points, its slope bounded.
 /// let mut line = |b: &[f64], equations: &mut NormalEquations| {
@@ -372,7 +372,7 @@ impl Fit {
 /// let fit = solve(&mut line, &parameters, &Options::default())?;
 /// assert!(fit.converged.is_converged());
 /// assert!((fit.values[1] - 1.98).abs() < 1.0e-6);
-/// # Ok::<(), host_sim::fit::FitError>(())
+/// # Ok::<(), grey_box::fit::FitError>(())
 /// ```
 ///
 /// # Errors

@@ -122,6 +122,7 @@ mod tests {
 
     /// The force is here in newtons per square metre of the piston.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn prop_a_gauge_stands_beside_the_force_that_it_makes_where_the_chambers_would_not_show_it() {
         let both = ["sensor.p_a", "sensor.p_b"];
         assert_eq!(hidden_at(2.9e3, Some(4e3)), both);

@@ -169,6 +169,7 @@ mod tests {
 
     /// Every window of 200 rows/s that is narrower holds too few.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn prop_rows_that_resolve_no_narrower_window_keep_to_the_usual_one() {
         let request = with_load(7502, Strength::Strong, 1.0);
         let (rig, recordings) = drawn::read(&request);

@@ -235,6 +235,7 @@ mod tests {
     /// A loop that makes up at every tick for what is on its way swings: 3.6 mm were still 2.9 mm
     /// once the tube was known, and are 0.18 mm since that is counted.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_a_known_tube_is_tracked_better() {
         let [given, improved] = unknown_and_known(2, "tube-line");
         assert!(
@@ -246,6 +247,7 @@ mod tests {
     /// To a supervisor that forgot how long the gas is on its way, a pressure that stood was a
     /// frozen sensor.
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn regress_a_tube_taken_for_longer_than_it_is_ends_in_no_fault() {
         let (request, rig, mut numbers) = with_effect(2, "tube-line", Strength::Strong);
         *numbers.get_mut("effects.tube-line.length_m").unwrap() *= 1.15;
