@@ -359,6 +359,11 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[parameter("time_constant_s", "s", 0.0, 0.0, "time constant", "0.001 to 0.005")],
     },
     Effect {
+        name: "gauge-gain",
+        what: "Recorded over true absolute chamber pressure, less one.",
+        parameters: &[signed("gain_error_a", "1", "relative error of the gain of chamber A's gauge", "-0.01 to 0.01"), signed("gain_error_b", "1", "relative error of the gain of chamber B's gauge", "-0.01 to 0.01")],
+    },
+    Effect {
         name: "pressure-sensor-offset",
         what: "Recorded less true chamber pressure.",
         parameters: &[signed("offset_a_Pa", "Pa", "offset of chamber A", "-10000 to 10000"), signed("offset_b_Pa", "Pa", "offset of chamber B", "-10000 to 10000")],

@@ -10,13 +10,23 @@ const OVER_PRESSURE: &str = "unknown-reading";
 /// pressure is left to one part in ten thousand of itself, one by a thirtieth to a millionth.
 const STEPS_BACK: usize = 4;
 
-/// The gauge of one chamber: off by so much, `p_shown = p + offset + error(p)`.
+/// The gauge of one chamber: off by so much, `p_shown = p (1 + gain error) + offset + error(p)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Gauge<R> {
+    /// `chambers.gauge_gain_a`, times `effects.gauge-gain` and one.
+    gain: R,
     /// `effects.pressure-sensor-offset`, Pa.
     offset_pa: R,
     /// `effects.unknown-reading`: first and last knot, and the error at each, Pa.
     error_pa: Option<(R, R, [R; KNOTS])>,
+}
+
+/// Key of the gain of a chamber's gauge.
+pub const fn gain_key(side: Side) -> &'static str {
+    match side {
+        Side::A => "chambers.gauge_gain_a",
+        Side::B => "chambers.gauge_gain_b",
+    }
 }
 
 /// Key of the error at a knot of a gauge's table.
@@ -28,6 +38,7 @@ impl<R: Real> Gauge<R> {
     /// Of a rig.
     pub fn of(values: &Values<'_, R>, side: Side) -> Self {
         let offset = format!("offset_{}_Pa", side.letter());
+        let gain_error = format!("gain_error_{}", side.letter());
         let number = |key: &str, neutral| values.effect(OVER_PRESSURE, key, neutral);
         let error_pa = || {
             let at_knot = |knot| number(&error_key(side, knot), 0.0);
@@ -35,6 +46,8 @@ impl<R: Real> Gauge<R> {
             (number("from", 0.0), number("to", 1e6), errors_pa)
         };
         Self {
+            gain: values.get_or(gain_key(side), 1.0)
+                * (values.effect("gauge-gain", &gain_error, 0.0) + R::ONE),
             offset_pa: values.effect("pressure-sensor-offset", &offset, 0.0),
             error_pa: values.holds(OVER_PRESSURE).then(error_pa),
         }
@@ -42,17 +55,17 @@ impl<R: Real> Gauge<R> {
 
     /// What it shows of a pressure, Pa.
     pub fn shows_pa(&self, pressure_pa: R) -> R {
-        pressure_pa + self.offset_pa + self.error_pa(pressure_pa)
+        pressure_pa * self.gain + self.offset_pa + self.error_pa(pressure_pa)
     }
 
     /// The pressure of which it shows this, Pa.
     pub fn reads_pa(&self, shown_pa: R) -> R {
         let shown_pa = shown_pa - self.offset_pa;
         if self.error_pa.is_none() {
-            return shown_pa;
+            return shown_pa / self.gain;
         }
-        let closer = |pressure_pa, _| shown_pa - self.error_pa(pressure_pa);
-        (0..STEPS_BACK).fold(shown_pa, closer)
+        let closer = |pressure_pa, _| (shown_pa - self.error_pa(pressure_pa)) / self.gain;
+        (0..STEPS_BACK).fold(shown_pa / self.gain, closer)
     }
 
     fn error_pa(&self, pressure_pa: R) -> R {
@@ -95,5 +108,20 @@ mod tests {
         }
         let other = Gauge::of(&values, Side::B);
         assert!((other.reads_pa(5e5) - 5e5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn val_a_gain_acts_on_the_pressure_and_not_on_the_offset() {
+        let text = "format = \"rig/1\"\n[effects.pressure-sensor-offset]\noffset_b_Pa = 2e3\n\
+                    [effects.gauge-gain]\ngain_error_b = 0.01\n";
+        let rig = Rig::parse(text, "rig.toml").unwrap();
+        let values = Values::<f64> {
+            rig: &rig,
+            keys: &[],
+            replaced: &[],
+        };
+        let gauge = Gauge::of(&values, Side::B);
+        assert!((gauge.shows_pa(5e5) - 5.07e5).abs() < 1e-9);
+        assert!((gauge.reads_pa(5.07e5) - 5e5).abs() < 1e-9);
     }
 }

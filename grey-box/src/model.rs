@@ -215,18 +215,17 @@ impl<R: Real> Values<'_, R> {
         let valve = self.rig.valve.as_ref()?;
         let shift = self.shift_of_openings();
         let stretch = self.get_or("valve.opening_V", 1.0);
-        let edge_at = |key: &str| self.get(key).map(|edge_v| edge_v / stretch);
-        let supply_edge_v = edge_at("valve.edge_V");
-        let exhaust_edge_v = edge_at("valve.exhaust_edge_V").or(supply_edge_v);
+        let edge_v = self.get("valve.edge_V").map(|edge_v| edge_v / stretch);
+        let exhaust_later_v = self.get_or("valve.exhaust_shift_V", 0.0) / stretch;
         let roundness = self.get_or("valve.curve_roundness", 0.0);
-        let table = |areas: &[f64], scale: &str, edge_v: Option<R>| {
+        let table = |areas: &[f64], scale: &str, later_v: R| {
             let mut table = AreaTable::new(&valve.opening_v, areas)?;
             if let Some((from, to, shifts_v)) = shift {
                 let off_by_v =
                     |opening_v: R| over_knots(from.sqrt(), to.sqrt(), &shifts_v, opening_v.sqrt());
                 table.open_elsewhere(&opening_knots(from, to), off_by_v);
             }
-            let mut table = table.curved(edge_v, roundness);
+            let mut table = table.curved(edge_v, roundness).later(later_v);
             table.opening_stretch = stretch;
             table.area_scale = self.get_or(scale, 1.0);
             Ok(table)
@@ -236,11 +235,11 @@ impl<R: Real> Values<'_, R> {
                 null_v: self.get_or("valve.null_V", paper::NULL_V),
                 feeds_a_above_null: valve.feeds_a_when == FeedsAWhen::AboveNull,
                 law: self.flow_law(),
-                supply: table(&valve.supply_area_m2, "valve.supply_area_m2", supply_edge_v)?,
+                supply: table(&valve.supply_area_m2, "valve.supply_area_m2", R::ZERO)?,
                 exhaust: table(
                     &valve.exhaust_area_m2,
                     "valve.exhaust_area_m2",
-                    exhaust_edge_v,
+                    exhaust_later_v,
                 )?,
             })
         };

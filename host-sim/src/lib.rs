@@ -9,6 +9,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod fault_campaign;
 pub mod identify;
+pub mod imprecise;
 pub mod init;
 pub mod inspect;
 pub mod motion;

@@ -9,7 +9,8 @@
 //! standard ones.
 
 use crate::effects::{self, EffectParameter};
-use crate::model::{AxisFault, Values};
+use crate::gauge::gain_key;
+use crate::model::{AxisFault, Side, Values};
 use crate::rig::Rig;
 use firmware::codes::POSITION_M;
 use firmware::settings::{
@@ -31,6 +32,7 @@ const COMPARED_STEP_S: f64 = 1e-3;
 /// rig is the better for it.
 const NOT_ON_A_BOARD: &[(&str, &[&str], &str)] = &[
     ("pressure-sensor-offset", &[], OF_A_SENSOR),
+    ("gauge-gain", &[], OF_A_SENSOR),
     ("unknown-reading", &[], OF_A_SENSOR),
     ("pressure-sensor-lag", &[], OF_A_SENSOR),
     (
@@ -75,7 +77,14 @@ pub fn stays_behind(rig: &Rig) -> Vec<String> {
         let lines = meant.map(|key| format!("effects.{effect}.{key}: {reason}"));
         lines.collect::<Vec<_>>()
     };
-    NOT_ON_A_BOARD.iter().flat_map(of_effect).collect()
+    let gains = [Side::A, Side::B].map(gain_key);
+    let gains = gains.into_iter().filter(|key| {
+        rig.value(key)
+            .is_some_and(|gain| gain.total_cmp(&1.0).is_ne())
+    });
+    let gains = gains.map(|key| format!("{key}: {OF_A_SENSOR}"));
+    let effects = NOT_ON_A_BOARD.iter().flat_map(of_effect);
+    effects.chain(gains).collect()
 }
 
 /// Why a rig makes no settings: one line that begins with the rig's key or with

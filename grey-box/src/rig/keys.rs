@@ -156,6 +156,7 @@ pub const TEMPERATURE: Limits =
 pub const COMMAND: Limits = limits(-1000.0, 1000.0, "volts between -1000 and 1000");
 const DISCHARGE_SLOPE: Limits = limits(-0.1, 0.25, "a number from -0.1 to 0.25");
 const OPENING: Limits = limits(0.0, 1000.0, "volts from 0 to 1000");
+const SHIFT: Limits = limits(-1.0, 1.0, "volts between -1 and 1");
 const ROUNDNESS: Limits = limits(0.0, 1.0, "a part from 0 (straight lines) to 1 (smooth)");
 const STROKE: Limits = positive(100.0, "metres above 0 and at most 100 (is this mm?)");
 const BORE: Limits = positive(2.0, "metres above 0 and at most 2 (is this mm?)");
@@ -167,6 +168,7 @@ const STEM: Limits = limits(-1.0, 2.0, "a fraction, 0 shut to 1 open (is this %?
 const TIME_CONSTANT: Limits = limits(0.0, 3600.0, "seconds from 0 to 3600");
 const HEAT_TRANSFER: Limits = limits(0.0, 1e5, "W/(m2 K) from 0 to 100000");
 const INDEX: Limits = limits(0.5, 2.0, "a polytropic index between 0.5 and 2");
+const GAUGE_GAIN: Limits = limits(0.5, 2.0, "a factor from 0.5 to 2");
 const INCLINATION: Limits = limits(-90.0, 90.0, "degrees from -90 to 90 (is this rad?)");
 const MASS: Limits = positive(1e6, "kg above 0 and at most 1000000");
 const FORCE: Limits = limits(-1e7, 1e7, "newtons between -1e7 and 1e7");
@@ -248,8 +250,8 @@ pub(super) static NUMBERS: &[NumberKey] = &[
         facts("1", "0.0933", "linear term of the discharge coefficient over the pressure ratio, Cd(r) = 0.8153 + s r - 0.1038 r^2", "measured flow over pressure ratio; left out: 0.0933 of the paper")),
     number!("valve.edge_V", valve.edge_v?, OPENING,
         facts("V", "0.2 to 0.4", "opening at which the areas begin to rise, between the last point with the leakage alone and the next", "measure: the least command beside the null that moves the piston; left out: the last point with the leakage")),
-    number!("valve.exhaust_edge_V", valve.exhaust_edge_v?, OPENING,
-        facts("V", "0.2 to 0.4", "the same of the exhaust areas", "measure: the least command that vents a closed port; left out: that of the supply")),
+    number!("valve.exhaust_shift_V", valve.exhaust_shift_v?, SHIFT,
+        facts("V", "-0.03 to 0.03", "by how much later than by the table the exhaust paths open", "measure: the least command that vents a closed port, less the one that fills it; left out: 0")),
     number!("valve.curve_roundness", valve.curve_roundness?, ROUNDNESS,
         facts("1", "1", "shape between the points of the tables: 0 straight lines, 1 a smooth curve", "a real valve is smooth; left out: straight lines")),
     number!("cylinder.stroke_m", cylinder.stroke_m?, STROKE,
@@ -282,6 +284,10 @@ pub(super) static NUMBERS: &[NumberKey] = &[
         facts("1", "1.0 to 1.4", "polytropic index of expansion, for model = \"polytropic\"", "typical 1.11")),
     number!("chambers.compression_index", chambers.compression_index?, INDEX,
         facts("1", "1.0 to 1.4", "polytropic index of compression, for model = \"polytropic\"", "typical 1.18")),
+    number!("chambers.gauge_gain_a", chambers.gauge_gain_a?, GAUGE_GAIN,
+        facts("1", "0.995 to 1.005", "pressure that the gauge of chamber A shows over the true one, both absolute", "calibration certificate; left out: 1")),
+    number!("chambers.gauge_gain_b", chambers.gauge_gain_b?, GAUGE_GAIN,
+        facts("1", "0.995 to 1.005", "the same of chamber B", "calibration certificate; left out: 1")),
     number!("chambers.polytropic_index", chambers.polytropic_index?, INDEX,
         facts("1", "1.0 to 1.4", "index n of p V^n = constant, for model = \"polytropic-process\"", "1 isothermal, 1.4 adiabatic, typical 1.2")),
     number!("chambers.reference_pressure_Pa", chambers.reference_pressure_pa?, PRESSURE,

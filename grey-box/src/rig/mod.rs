@@ -240,8 +240,8 @@ pub struct Valve {
     pub discharge_slope: Option<f64>,
     /// Where the areas begin to rise, V: between the last point with the leakage and the next.
     pub edge_v: Option<f64>,
-    /// The same of the exhaust areas, where it is another opening.
-    pub exhaust_edge_v: Option<f64>,
+    /// By how much later than by the table the exhaust paths open, V.
+    pub exhaust_shift_v: Option<f64>,
     /// From chords between the points of the tables, 0, to a smooth curve through them, 1.
     pub curve_roundness: Option<f64>,
     /// Opening `abs(u - null)` of the points of both tables, V, increasing.
@@ -328,6 +328,10 @@ pub struct Chambers {
     pub expansion_index: Option<f64>,
     /// Polytropic index of compression.
     pub compression_index: Option<f64>,
+    /// Shown over true pressure of chamber A's gauge.
+    pub gauge_gain_a: Option<f64>,
+    /// The same of chamber B's.
+    pub gauge_gain_b: Option<f64>,
     /// Index of the closed chamber's process.
     pub polytropic_index: Option<f64>,
     /// Pressure at which the gas of the polytropic model has the wall's temperature, Pa

@@ -13,6 +13,7 @@ use super::inputs::{
 };
 use super::outputs::{check_outputs, write_json, write_page, write_text};
 use crate::identify::{FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig};
+use crate::imprecise::with_built_in_priors;
 use crate::laws::Track;
 use crate::recording::Recording;
 use crate::recording_set;
@@ -25,7 +26,8 @@ pub struct FitArguments {
     #[arg(long)]
     pub rig: PathBuf,
     /// Parameters to fit, `section.key` or `effects.NAME.key`; without any, all
-    /// that the rig file lists under `[uncertainty]`.
+    /// that the rig file lists under `[uncertainty]`, and what no rig file states exactly
+    /// (the valve between the points of its table, bristles: `docs/method.md`).
     #[arg(long, value_name = "KEY[=START][,LOWER..UPPER]", num_args = 1..)]
     pub free: Vec<String>,
     /// Recordings to fit; `run.csv@0..50` is the first half of one.
@@ -64,13 +66,19 @@ struct FitFile<'a> {
 /// Runs the command, writing to `out`.
 pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     check_files(arguments)?;
-    let rig = read_rig(&arguments.rig)?;
+    let given = read_rig(&arguments.rig)?;
     let requests = arguments
         .free
         .iter()
         .map(|text| FreeRequest::parse(text))
         .collect::<Result<Vec<FreeRequest>, String>>()
         .map_err(bad_input)?;
+    // Who names what is free is taken at her word.
+    let rig = if requests.is_empty() {
+        with_built_in_priors(&given)
+    } else {
+        given.clone()
+    };
     let laws = laws(&rig)?;
     let mut train = read_recordings(&arguments.train, &rig)?;
     let mut held_out = read_recordings(&arguments.held_out, &rig)?;
@@ -81,7 +89,7 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
     let held_tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     let free = free_parameters(&rig, &laws, &train_tracks, &requests).map_err(bad_input)?;
     writeln!(out, "{}", headline(&train, &held_out))?;
-    let mut remarks = remarks_on_rig(&rig);
+    let mut remarks = remarks_on_rig(&given);
     let read = train.iter().chain(&held_out);
     remarks.extend(
         read.flat_map(Recording::named_remarks)
@@ -98,6 +106,7 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         }
         let task = LawTask {
             law,
+            given: &given,
             rig: &rig,
             train: &train_tracks,
             held_out: &held_tracks,
@@ -113,7 +122,7 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
     for fit in &fits {
         write!(out, "\n{fit}")?;
     }
-    let (improved, notes) = improved_rig(&rig, &fits);
+    let (improved, notes) = improved_rig(&given, &fits);
     for note in &notes {
         writeln!(out, "note: {note}")?;
     }

@@ -4,10 +4,11 @@
 //! An effect whose parameter the engineer declared uncertain is no candidate:
 //! it is an ordinary parameter, refitted in the baseline.
 
-use super::imprecise::edge_between_v;
 use super::materiality::{Mark, marks};
 use crate::fit::law_problem::{FreeParameter, Scope};
 use crate::fit::{Parameter, Prior};
+use crate::gauge::gain_key;
+use crate::imprecise::edge_between_v;
 use crate::laws::{Law, Track, white_noise};
 use crate::model::{Side, Values};
 use crate::rig::{ChamberModel, PositionZero, Rig, key_bounds};
@@ -277,13 +278,21 @@ pub fn ordinary_parameter(rig: &Rig, key: &str) -> Option<FreeParameter> {
     })
 }
 
+/// So many deviations a scale of the openings may be off before an edge is at its bound.
+const OFF_BY: f64 = 5.0;
+
 /// Bounds of the numbers that shape the valve's flow.
 fn bounds_of_shape(rig: &Rig, key: &str) -> Option<(f64, f64)> {
     match key {
         "valve.curve_roundness" | "valve.discharge_slope" => key_bounds(key),
         // From the critical ratio on there is no law; at 1 its slope is infinite.
         "valve.laminar_pressure_ratio" => Some((0.9, 0.9995)),
-        "valve.edge_V" | "valve.exhaust_edge_V" => edge_between_v(rig.valve.as_ref()?, key),
+        "valve.edge_V" => {
+            let (from_v, to_v) = edge_between_v(rig.valve.as_ref()?)?;
+            // The gap moves with the scale of the openings; the curve keeps the edge inside.
+            let off = OFF_BY * rig.uncertainty_sd("valve.opening_V").unwrap_or(0.0);
+            Some((from_v * (1.0 - off).max(0.0), to_v * (1.0 + off)))
+        }
         _ => None,
     }
 }
@@ -345,6 +354,7 @@ fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
         Law::Force | Law::Carriage | Law::Balance => {
             matches!(section, "carriage" | "friction")
                 || key.starts_with("cylinder.area")
+                || key.starts_with("chambers.gauge_gain")
                 || TIMES_OF_SENSORS.contains(&key)
         }
         Law::Actuator => section == "actuator",
@@ -425,6 +435,7 @@ fn chamber_candidates(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Candidate> {
     }
     all.push(pressure_sensor_lag(&sides, tracks));
     all.extend(pressure_sensor_offsets(&sides));
+    all.extend(gauge_gains(rig, &sides));
     all.extend(heat_candidates(rig, &sides));
     all.extend(piston_leakage(rig, tracks, &sides));
     if rig.valve.is_some() {
@@ -607,6 +618,18 @@ fn pressure_sensor_offsets(sides: &[Side]) -> Vec<Candidate> {
             )
         })
         .collect()
+}
+
+/// A gain error of each pressure sensor of its own, beyond the gain that is refitted.
+fn gauge_gains(rig: &Rig, sides: &[Side]) -> Vec<Candidate> {
+    let one = |&side: &Side| {
+        let key = format!("gain_error_{}", side.letter());
+        // The prediction is linear in it: the other sign ends at the same place.
+        Candidate::new("gauge-gain", &[side.gauge_place()])
+            .free(&key, (-0.2, 0.2), &[0.01])
+            .beside(rig, &[gain_key(side)])
+    };
+    sides.iter().map(one).collect()
 }
 
 /// Heat exchange that is not the declared one.

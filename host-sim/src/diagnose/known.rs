@@ -5,6 +5,7 @@ use super::candidates::{Candidate, TIMES_OF_SENSORS};
 use super::proof::Run;
 use super::{LawDiagnosis, Model, assemble};
 use crate::fit::Presence;
+use crate::gauge::gain_key;
 use crate::laws::{Output, Track, read_pressures_pa};
 use crate::model::Side;
 use crate::recording::Recording;
@@ -92,8 +93,12 @@ fn with_sensors(rig: &Rig, law: &LawDiagnosis) -> Rig {
         .iter()
         .flat_map(|one| one.switches.iter().cloned());
     shared.extend(switches);
-    let mut known = rig.with_values(&shared);
     let model = &law.improved;
+    for key in [Side::A, Side::B].map(gain_key) {
+        let found = model.place(key).map(|place| model.values[place]);
+        shared.extend(found.map(|gain| (key.to_owned(), gain)));
+    }
+    let mut known = rig.with_values(&shared);
     for key in TIMES_OF_SENSORS {
         if let Some(place) = model.place(key).filter(|&place| !model.at_bound[place]) {
             let found_to_s = model.standard_deviations[place].unwrap_or(0.0);

@@ -194,6 +194,17 @@ fn gas_and_valve(rig: &Rig, row_s: f64) -> Vec<(&'static str, Mark)> {
             ("pressure-sensor-offset.offset_b_Pa", offset),
         ]);
     }
+    // The same of a gain, at the supply pressure.
+    let force_n = rig
+        .value("cylinder.area_a_m2")
+        .zip(rig.value("supply.pressure_Pa"));
+    if let Some((least_n, (area_m2, supply_pa))) = least_force_n(rig).zip(force_n) {
+        let gain = Mark::From(least_n / (area_m2 * supply_pa));
+        known.extend([
+            ("gauge-gain.gain_error_a", gain),
+            ("gauge-gain.gain_error_b", gain),
+        ]);
+    }
     known
 }
 

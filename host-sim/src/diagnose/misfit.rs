@@ -21,6 +21,10 @@ pub(super) const ERROR_OF_FORM: f64 = 8.0;
 /// The first where the noise is a floor that was set and not one that was
 /// declared: it is no better known than by this (healthy rigs were seen up to 0.6 above it).
 const MISSED_OF_FORCES: f64 = 1.0;
+/// Part of a chamber's pressure that a sound model of an axis leaves beside the noise: no gauge of
+/// class 0.5 is straight to better than a fifth of its class, and a valve's areas measured to half
+/// a per cent at a dozen points leave as much (0.05 to 0.1 % on drawn shop-floor axes).
+const DISCREPANCY: f64 = 1e-3;
 /// Forces below that floor are not looked for.
 const WORTH_A_SEARCH_OF_FORCES: f64 = 0.0;
 
@@ -120,6 +124,20 @@ impl Bench<'_> {
         (0..self.noise.len()).all(|output| self.excess(model, output) < ERROR_OF_FORM)
     }
 
+    /// Whether a model misses so much that it is no sound one: plainly, and more than a valve and
+    /// gauges that are nearly known leave.
+    pub(super) fn is_unsound(&self, model: &Fitted) -> bool {
+        if self.law != Law::Chambers || self.rig.valve.is_none() {
+            return self.misses_plainly(model);
+        }
+        let outputs = self.law.outputs(self.rig);
+        outputs.iter().enumerate().any(|(number, output)| {
+            let columns = self.tracks.iter().map(|track| track.recorded(output));
+            let left = DISCREPANCY * rms(columns.flatten()) / self.noise[number];
+            self.excess(model, number) > MISSED + left.powi(2)
+        })
+    }
+
     /// Whether a model misses some output that can be trusted to show it. A break-away
     /// is read off too few rows, and creep too near to sticking, to say by themselves
     /// that something is missing.
@@ -130,6 +148,13 @@ impl Bench<'_> {
         };
         (0..trusted).any(|output| self.excess(model, output) > least)
     }
+}
+
+fn rms<'v>(values: impl Iterator<Item = &'v f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| {
+        (sum + value * value, count + 1)
+    });
+    (sum / count.max(1) as f64).sqrt()
 }
 
 /// How much the mean square of so many draws of noise varies, in units of it.

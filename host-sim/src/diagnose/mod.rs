@@ -22,7 +22,6 @@ mod fold_squares;
 mod friction_wave;
 mod gaps;
 mod hidden_gauge;
-mod imprecise;
 mod instruments;
 mod intermittent;
 mod kinematics;
@@ -63,6 +62,7 @@ mod drawn;
 
 pub use alone::Alone;
 
+use crate::imprecise::with_built_in_priors;
 use crate::inspect::{self, Fault, Inspection};
 use crate::laws::{Law, Output, Track, balance, needs};
 use crate::recording::Recording;
@@ -147,6 +147,8 @@ pub struct LawDiagnosis {
     pub missed: bool,
     /// Whether the improved model still misses something plainly, or a table stands for it.
     pub is_open: bool,
+    /// Whether the refitted baseline leaves more than a sound model of such a rig does.
+    is_unsound: bool,
     /// Part of what the baseline misses that the named effects explain.
     pub explained: f64,
     /// What was put into the model and held-out recordings spoke against.
@@ -344,7 +346,7 @@ impl LawDiagnosis {
     fn leave_out(&mut self) {
         self.evidence.iter_mut().for_each(Evidence::refute);
         self.improved = self.baseline.clone();
-        self.is_open = self.missed;
+        self.is_open = self.is_unsound;
         for event in &mut self.break_aways {
             event.improved_n = event.refitted_n;
         }
@@ -378,7 +380,7 @@ pub fn diagnose<E>(
     let mut faults = faults(train.iter().chain(&held_out), &inspections);
     let given = rig;
     let in_use = inspect::with_noise_in_use(rig, &inspections);
-    let in_use = imprecise::with_built_in_priors(&in_use);
+    let in_use = with_built_in_priors(&in_use);
     let rig = &in_use;
     if faults.is_empty() && rig.cylinder.is_some() {
         progress("whether gauges, wires and logger fit the rig");
@@ -549,7 +551,7 @@ fn diagnose_law(law: Law, known: &Known<'_>, progress: &dyn Fn(&str)) -> Option<
         .map(|&index| &full.candidates[index]);
     let is_smooth = !effects.any(|one| one.is_rough);
     let is_formless = is_smooth || !assemble::is_enough(settled.explained);
-    let is_missed = is_formless && full.misses_plainly(&settled.improved);
+    let is_missed = is_formless && full.is_unsound(&settled.improved);
     let is_open = (comes_and_goes || is_missed) && !searched.outcome.evidence.is_empty();
     let of_effects = written(law, &full, &searched, settled, &progress);
     let mut diagnosis = if is_open {
@@ -611,6 +613,7 @@ fn written(
         Frozen::new(full, &settled.improved),
     ];
     let missed = full.misses_plainly(baseline);
+    let is_unsound = full.is_unsound(baseline);
     let shown = shown(full, law, baseline);
     let mut located = Vec::new();
     if missed {
@@ -624,7 +627,8 @@ fn written(
         input: None,
         lost_commands: None,
         missed,
-        is_open: settled.term.is_some() || full.misses_plainly(&settled.improved),
+        is_unsound,
+        is_open: settled.term.is_some() || full.is_unsound(&settled.improved),
         explained: settled.explained,
         refuted: None,
         is_unproven: false,

@@ -1,10 +1,10 @@
 //! What is to be said of the rig file beside the verdict.
 
 use super::candidates::voids;
-use super::imprecise;
 use super::strayed::{STRAYED, deviations};
 use super::verdict::Parameter;
 use super::{LawDiagnosis, words};
+use crate::imprecise;
 use crate::inspect::Doubt;
 use crate::laws::Law;
 use crate::rig::Rig;

@@ -309,6 +309,7 @@ fn known_meaning(effect: &str, form: Option<&str>) -> Option<&'static str> {
             "pneumatic cushions: near the end of stroke the chamber exhausts through a needle valve"
         }
         ("pressure-sensor-lag", _) => "the pressure sensors lag",
+        ("gauge-gain", _) => "the gain of a pressure sensor is wrong",
         ("pressure-sensor-offset", _) => "a pressure sensor has an offset",
         ("position-time-skew", _) => "time skew between the position and the other channels",
         _ => return None,

@@ -74,6 +74,8 @@ pub struct LawTask<'a> {
     /// The law.
     pub law: Law,
     /// The rig as given.
+    pub given: &'a Rig,
+    /// The rig to start from: the given one, or that with what no rig file states exactly.
     pub rig: &'a Rig,
     /// What is fitted.
     pub train: &'a [Track<'a>],
@@ -238,7 +240,7 @@ impl LeastSquares for Watched<'_, '_> {
 /// The error is one line.
 pub fn fit_law(task: &LawTask<'_>, progress: &dyn Fn(usize)) -> Result<LawFit, String> {
     let bench = Bench::new(task.law, task.rig, task.train);
-    let before = residuals_as_given(task.law, task.rig, task.train, &[]);
+    let before = residuals_as_given(task.law, task.given, task.train, &[]);
     let solved = solve_in_passes(task, &bench, before.as_ref(), progress)?;
     let shared = shared_values(task, &solved.fit);
     let mut residuals = FitResiduals {
@@ -249,7 +251,7 @@ pub fn fit_law(task: &LawTask<'_>, progress: &dyn Fn(usize)) -> Result<LawFit, S
     if !task.held_out.is_empty() {
         let own: Vec<FreeParameter> = own_parameters(&task.free);
         let improved = task.rig.with_values(&shared);
-        residuals.held_before = residuals_as_given(task.law, task.rig, task.held_out, &[]);
+        residuals.held_before = residuals_as_given(task.law, task.given, task.held_out, &[]);
         residuals.held_after = residuals_as_given(task.law, &improved, task.held_out, &own);
     }
     Ok(told(task, &bench, solved, residuals))
@@ -473,7 +475,7 @@ fn fitted_parameter(task: &LawTask<'_>, solved: &Solved, index: usize) -> Option
         name: solved.names[index].clone(),
         key: free.key.clone(),
         shared: free.scope == Scope::Shared,
-        given: task.rig.value(&free.key),
+        given: task.given.value(&free.key),
         start: free.parameter.start,
         fitted: fit.values[index],
         standard_deviation: fit.standard_deviations[index].filter(|_| !fit.at_bound[index]),

@@ -6,6 +6,7 @@
 //! and motion): no chaos of stick and slip makes two runs differ.
 
 use crate::identify::{LawTask, fit_law, free_parameters, improved_rig, residuals_as_given};
+use crate::imprecise::with_built_in_priors;
 use crate::laws::{Law, Track};
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -68,8 +69,9 @@ pub struct Refit {
 /// Fits a rig to the training recordings of a case. The error is one line.
 pub fn refit(seen: &Seen) -> Result<Refit, String> {
     let tracks: Vec<Track<'_>> = seen.train.iter().map(Track::new).collect();
-    let laws = laws(&seen.rig);
-    let free = free_parameters(&seen.rig, &laws, &tracks, &[])?;
+    let known = with_built_in_priors(&seen.rig);
+    let laws = laws(&known);
+    let free = free_parameters(&known, &laws, &tracks, &[])?;
     let mut fits = Vec::new();
     for (law, free) in laws.into_iter().zip(free) {
         if free.is_empty() {
@@ -77,7 +79,8 @@ pub fn refit(seen: &Seen) -> Result<Refit, String> {
         }
         let task = LawTask {
             law,
-            rig: &seen.rig,
+            given: &seen.rig,
+            rig: &known,
             train: &tracks,
             held_out: &[],
             free,

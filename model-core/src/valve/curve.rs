@@ -36,6 +36,21 @@ impl<R: Real> AreaTable<R> {
         points.rounded(roundness)
     }
 
+    /// The path opens by so much later, V: every point past the first moves, as far as the
+    /// openings go on to rise.
+    #[must_use]
+    pub fn later(self, shift_v: R) -> Self {
+        let mut moved = self;
+        let mut before_v = R::ZERO;
+        for point in 1..=self.last_point() {
+            let own_v = self.opening_at(point);
+            let least_v = before_v + (own_v - self.opening_at(point - 1)) * R::from_f64(LEAST_PART);
+            before_v = (own_v + shift_v).max(least_v);
+            moved.set_opening(point, before_v);
+        }
+        moved
+    }
+
     /// Between which openings of the table the areas begin to rise, V; `None` of one whose areas
     /// rise from nought on.
     pub fn edge_between_v(&self) -> Option<(R, R)> {
@@ -184,6 +199,21 @@ mod tests {
             assert!(after < 0.2 * before, "{exponent}: {before} to {after}");
             assert!(after < 0.05, "{exponent}: {after}");
         }
+    }
+
+    #[test]
+    fn prop_a_path_that_opens_later_has_the_areas_of_less_opening() {
+        let table = table(1.25).curved(Some(EDGE_V), 1.0);
+        for shift_v in [-0.02, 0.0, 0.03] {
+            let later = table.later(shift_v);
+            for opening_v in [0.0, 0.1, 0.25, 0.5, 2.0, 4.9] {
+                let apart_m2 = later.area_m2(opening_v) - table.area_m2(opening_v - shift_v);
+                assert!(apart_m2.abs() < 1e-16, "{shift_v} at {opening_v}");
+            }
+        }
+        let openings_v = table.later(-9.0);
+        let openings_v = openings_v.openings_v();
+        assert!(openings_v.windows(2).all(|pair| pair[0] < pair[1]));
     }
 
     #[test]

@@ -255,7 +255,13 @@ fn choose(random: &mut Random, kind: Kind, wish: &Wish) -> Vec<&'static Effect> 
     chosen
 }
 
+/// Drawn only where they are asked for: the draws of a seed stay what they were.
+const ON_REQUEST: [&str; 1] = ["gauge-gain"];
+
 fn suits(effect: &Effect, kind: Kind) -> bool {
+    if ON_REQUEST.contains(&effect.name) {
+        return false;
+    }
     match kind {
         Kind::OffList => !effect.on_list,
         Kind::Onset => effect.on_list && effect.may_begin,

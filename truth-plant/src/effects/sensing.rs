@@ -20,6 +20,14 @@ pub(super) const EFFECTS: &[Effect] = &[
         apply: pressure_offset,
     },
     Effect {
+        name: "gauge-gain",
+        on_list: true,
+        may_begin: true,
+        has_other_form: false,
+        may_be_immaterial: true,
+        apply: gauge_gain,
+    },
+    Effect {
         name: "position-time-skew",
         on_list: true,
         may_begin: true,
@@ -56,6 +64,22 @@ fn pressure_offset(draw: &mut Draw<'_>) -> Applied {
         applied.places.push(PRESSURES[port]);
         let key = format!("offset_{}_Pa", ["a", "b"][port]);
         applied.parameters.insert(key, offset_pa);
+    }
+    applied
+}
+
+fn gauge_gain(draw: &mut Draw<'_>) -> Applied {
+    let wrong = *draw.random.one_of(&SIDES);
+    let mut applied = Applied {
+        form: "constant",
+        ..Applied::default()
+    };
+    for &port in wrong {
+        let error = draw.size([0.5e-3, 5e-3, 1e-2, 3e-2]) * draw.random.sign();
+        draw.physics.sensors.pressure_gain[port] *= 1.0 + error;
+        applied.places.push(PRESSURES[port]);
+        let key = format!("gain_error_{}", ["a", "b"][port]);
+        applied.parameters.insert(key, error);
     }
     applied
 }

@@ -118,6 +118,7 @@ const GROUPS: &[(&[&str], &str)] = &[
         &[
             "constant-force",
             "direction-dependent-friction",
+            "gauge-gain",
             "pressure-sensor-offset",
         ],
         "Vent both chambers and record the sensors, then slow strokes in both directions, as mounted and turned end for end: a sensor offset appears in the vented recording, an external force changes its sign, directional friction keeps it.",
@@ -297,6 +298,10 @@ const SHOWN_BY: &[(&str, &str)] = &[
         "free swings of the carriage with the valve at its null",
     ),
     (
+        "gauge-gain",
+        "both chambers at rest and connected, from ambient to supply pressure, with a reference gauge",
+    ),
+    (
         "pressure-sensor-offset",
         "both chambers vented, then both at supply pressure",
     ),
@@ -441,6 +446,7 @@ mod tests {
             ("constant-force", "direction-dependent-friction"),
             ("constant-force", "pressure-sensor-offset"),
             ("direction-dependent-friction", "pressure-sensor-offset"),
+            ("gauge-gain", "pressure-sensor-offset"),
             ("load-compliance", "load-backlash"),
             ("load-compliance", "coulomb-friction"),
             ("dwell-stiction", "stribeck-friction"),

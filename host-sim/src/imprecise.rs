@@ -6,6 +6,8 @@
 //! parameters, each with a prior, and said with them. What a rig states an uncertainty of is left
 //! as it is.
 
+use crate::gauge::gain_key;
+use crate::model::Side;
 use crate::rig::{Rig, Valve};
 use model_core::paper::DISCHARGE_SLOPE;
 use model_core::valve::AreaTable;
@@ -19,25 +21,29 @@ const STATED: [(&str, f64); 3] = [
     ("friction.bristle_damping_Ns_m", 0.5),
 ];
 
-/// Number and deviation, in parts of it, of what has a number in few rigs. Between chords and a
-/// smooth curve one is as probable as the other; sharp edges and rounded ones differ by 5 % of the
-/// discharge between choked and slow flow (Perry 1949).
-const SHAPE: [(&str, f64, f64); 2] = [
+/// Number and deviation, in parts of it or in V, of what has a number in few rigs. Between chords
+/// and a smooth curve one is as probable as the other; sharp edges and rounded ones differ by 5 %
+/// of the discharge between choked and slow flow (Perry 1949). The lands of a spool that moves a
+/// millimetre for 5 V are ground to some 5 um, a guess.
+const SHAPE: [(&str, f64, f64); 3] = [
     ("valve.curve_roundness", 0.5, 1.0),
+    ("valve.exhaust_shift_V", 0.0, 0.02),
     ("valve.discharge_slope", DISCHARGE_SLOPE, 0.5),
 ];
 
+/// Gains of the chambers' gauges, known to half of a class of 0.5 % of what they show.
+const GAUGES: [&str; 2] = [gain_key(Side::A), gain_key(Side::B)];
+const GAIN_KNOWN_TO: f64 = 0.0025;
+
 /// Numbers for which a bound is as good a value as any: chords, a smooth curve, an edge at a point.
-pub(super) const MAY_END_AT_A_BOUND: [&str; 3] =
-    ["valve.curve_roundness", "valve.edge_V", EXHAUST_EDGE];
+pub const MAY_END_AT_A_BOUND: [&str; 2] = ["valve.curve_roundness", EDGE];
 
 /// A path begins to open within so much of the last point at which it is closed, V: dead zones of
 /// one type of valve differ by no more (0.2 to 0.5 V over all types), however far the next point is.
 const LATEST_EDGE_V: f64 = 0.1;
 
-/// Where the areas of either path begin to rise.
-const EDGES: [&str; 2] = ["valve.edge_V", EXHAUST_EDGE];
-const EXHAUST_EDGE: &str = "valve.exhaust_edge_V";
+/// Where the areas begin to rise.
+const EDGE: &str = "valve.edge_V";
 
 /// The rig with what it does not state, and how well its numbers are known.
 pub fn with_built_in_priors(rig: &Rig) -> Rig {
@@ -54,36 +60,32 @@ pub fn with_built_in_priors(rig: &Rig) -> Rig {
     let Some(valve) = &rig.valve else {
         return known;
     };
-    for (key, _, part) in SHAPE {
-        is_known_to(key, part);
+    let gains = GAUGES.map(|key| (key, 1.0, GAIN_KNOWN_TO));
+    let has_gauges = rig.chambers.is_some();
+    let gains = gains.into_iter().filter(|_| has_gauges);
+    let mut numbers = Vec::new();
+    for (key, number, deviation) in SHAPE.into_iter().chain(gains) {
+        is_known_to(key, deviation);
+        numbers.push((key, number));
     }
-    let edges = EDGES.map(|key| (key, edge_between_v(valve, key)));
-    let mut numbers = SHAPE.map(|(key, number, _)| (key, number)).to_vec();
-    for (key, gap) in edges {
-        if let Some((from_v, to_v)) = gap {
-            let within_v = (to_v - from_v).min(LATEST_EDGE_V);
-            // The deviation of an even spread.
-            is_known_to(key, within_v / 12.0_f64.sqrt());
-            numbers.push((key, from_v + 0.5 * within_v));
-        }
+    if let Some((from_v, to_v)) = edge_between_v(valve) {
+        let within_v = (to_v - from_v).min(LATEST_EDGE_V);
+        // The deviation of an even spread.
+        is_known_to(EDGE, within_v / 12.0_f64.sqrt());
+        numbers.push((EDGE, from_v + 0.5 * within_v));
     }
     for (key, number) in numbers {
         if rig.value(key).is_none() {
-            // A valve has a place for each.
+            // Valve and chambers have a place for each.
             let _ = known.set_value(key, number);
         }
     }
     known
 }
 
-/// Between which openings the areas of the path of an edge begin to rise, V.
-pub(super) fn edge_between_v(valve: &Valve, key: &str) -> Option<(f64, f64)> {
-    let areas_m2 = if key == EXHAUST_EDGE {
-        &valve.exhaust_area_m2
-    } else {
-        &valve.supply_area_m2
-    };
-    let table = AreaTable::<f64>::new(&valve.opening_v, areas_m2);
+/// Between which openings the areas begin to rise, V.
+pub fn edge_between_v(valve: &Valve) -> Option<(f64, f64)> {
+    let table = AreaTable::<f64>::new(&valve.opening_v, &valve.supply_area_m2);
     table.ok()?.edge_between_v()
 }
 
@@ -91,7 +93,7 @@ pub(super) fn edge_between_v(valve: &Valve, key: &str) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
-    const PAPER: &str = include_str!("../../rigs/paper.toml");
+    const PAPER: &str = include_str!("../rigs/paper.toml");
 
     #[test]
     fn prop_what_a_rig_states_stays_and_what_it_does_not_is_free_about_the_published_law() {
@@ -104,11 +106,9 @@ mod tests {
             assert_eq!(known.value(key), Some(number), "{key}");
             assert!(known.uncertainty_sd(key).unwrap() > 0.0, "{key}");
         }
-        for key in EDGES {
-            let (from_v, to_v) = edge_between_v(rig.valve.as_ref().unwrap(), key).unwrap();
-            let edge_v = known.value(key).unwrap();
-            assert!(from_v < edge_v && edge_v < to_v);
-        }
+        let (from_v, to_v) = edge_between_v(rig.valve.as_ref().unwrap()).unwrap();
+        let edge_v = known.value(EDGE).unwrap();
+        assert!(from_v < edge_v && edge_v < to_v);
         rig.valve = None;
         assert_eq!(with_built_in_priors(&rig).value("valve.edge_V"), None);
     }
