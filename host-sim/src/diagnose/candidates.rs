@@ -620,7 +620,7 @@ fn pressure_sensor_offsets(sides: &[Side]) -> Vec<Candidate> {
         .collect()
 }
 
-/// A gain error of each pressure sensor of its own, beyond the gain that is refitted.
+/// A gain error of each pressure sensor of its own, in the place of the gain that is refitted.
 fn gauge_gains(rig: &Rig, sides: &[Side]) -> Vec<Candidate> {
     let one = |&side: &Side| {
         let key = format!("gain_error_{}", side.letter());
@@ -628,6 +628,7 @@ fn gauge_gains(rig: &Rig, sides: &[Side]) -> Vec<Candidate> {
         Candidate::new("gauge-gain", &[side.gauge_place()])
             .free(&key, (-0.2, 0.2), &[0.01])
             .beside(rig, &[gain_key(side)])
+            .voiding(&[gain_key(side)])
     };
     sides.iter().map(one).collect()
 }

@@ -125,6 +125,7 @@ const SPOKEN: &[Spoken] = &[
     say("length_m", "length", "m", 1.0),
     say("diameter_m", "inner diameter", "mm", 1e3),
     say("offset_?_Pa", "offset of gauge ?", "kPa", 1e-3),
+    say("gain_error_?", "gain error of gauge ?", "%", 100.0),
     say("coulomb_N", "level", "N", 1.0),
     say(
         "bristle_stiffness_N_m",
