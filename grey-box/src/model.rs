@@ -215,7 +215,7 @@ impl<R: Real> Values<'_, R> {
         let valve = self.rig.valve.as_ref()?;
         let shift = self.shift_of_openings();
         let stretch = self.get_or("valve.opening_V", 1.0);
-        let edge_v = self.get("valve.edge_V").map(|edge_v| edge_v / stretch);
+        let edge_v = self.get("valve.edge_V");
         let exhaust_later_v = self.get_or("valve.exhaust_shift_V", 0.0) / stretch;
         let roundness = self.get_or("valve.curve_roundness", 0.0);
         let table = |areas: &[f64], scale: &str, later_v: R| {

@@ -22,6 +22,7 @@ use model_core::chamber;
 use model_core::controller::Controller;
 use model_core::left_out::ChamberLeakage;
 use model_core::real::Real;
+use model_core::valve::AreaTable;
 
 /// Steps for which axis and settings are compared; what they hold does not
 /// depend on it.
@@ -127,9 +128,10 @@ pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
         keys: &[],
         replaced: &[],
     };
-    let axis = values
+    let mut axis = values
         .axis(COMPARED_STEP_S)
         .map_err(RigSettingsError::Rig)?;
+    axis.valve.exhaust = at_openings_of(&axis.valve.supply, &axis.valve.exhaust);
     let gains = gains(rig).ok_or(RigSettingsError::Incomplete)?;
     let settings = settings_of(&values, &axis, gains);
     let built = settings
@@ -236,18 +238,31 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) ->
     }
 }
 
+/// The exhaust's areas at the openings of the supply: the board has one column of openings. A
+/// table that cannot be one stays, and is missed when the settings are compared.
+fn at_openings_of(supply: &AreaTable<f32>, exhaust: &AreaTable<f32>) -> AreaTable<f32> {
+    if supply.openings_v() == exhaust.openings_v() {
+        return *exhaust;
+    }
+    let (stretch, scale) = (exhaust.opening_stretch, exhaust.area_scale);
+    let openings_v = supply.openings_v().iter();
+    let mut most_m2 = 0.0_f64;
+    let area_m2 = |opening_v: &f32| {
+        most_m2 = most_m2.max(f64::from(exhaust.area_m2(opening_v * stretch) / scale));
+        most_m2
+    };
+    let areas_m2: Vec<f64> = openings_v.clone().map(area_m2).collect();
+    let openings_v: Vec<f64> = openings_v.map(|opening_v| f64::from(*opening_v)).collect();
+    let Ok(mut table) = AreaTable::new(&openings_v, &areas_m2) else {
+        return *exhaust;
+    };
+    table.opening_stretch = stretch;
+    table.area_scale = scale;
+    table
+}
+
 fn valve(valve: &model_core::valve::Valve<f32>) -> Valve {
     let column = |points: &[f32]| Column::from_slice(points).unwrap_or_default();
-    // The board has one column of openings: where the exhaust has an edge of its own, its areas at
-    // those of the supply.
-    let supply_v = valve.supply.openings_v().iter();
-    let (stretch, scale) = (valve.exhaust.opening_stretch, valve.exhaust.area_scale);
-    let exhaust_m2 = supply_v.map(|opening_v| valve.exhaust.area_m2(opening_v * stretch) / scale);
-    let exhaust_m2: Vec<f32> = if valve.exhaust.openings_v() == valve.supply.openings_v() {
-        valve.exhaust.areas_m2().to_vec()
-    } else {
-        exhaust_m2.collect()
-    };
     Valve {
         null_v: valve.null_v,
         feeds_a_above_null: valve.feeds_a_above_null,
@@ -256,7 +271,7 @@ fn valve(valve: &model_core::valve::Valve<f32>) -> Valve {
         discharge_slope: valve.law.discharge_slope,
         openings_v: column(valve.supply.openings_v()),
         supply_areas_m2: column(valve.supply.areas_m2()),
-        exhaust_areas_m2: column(&exhaust_m2),
+        exhaust_areas_m2: column(valve.exhaust.areas_m2()),
         opening_stretch: valve.supply.opening_stretch,
         supply_area_scale: valve.supply.area_scale,
         exhaust_area_scale: valve.exhaust.area_scale,
@@ -306,6 +321,34 @@ mod tests {
 
     fn paper() -> Rig {
         Rig::parse(include_str!("../rigs/paper.toml"), "paper.toml").expect("it is a rig")
+    }
+
+    #[test]
+    fn prop_an_exhaust_that_opens_elsewhere_arrives() {
+        let mut rig = paper();
+        for (key, value) in [
+            ("valve.exhaust_shift_V", 0.01),
+            ("valve.curve_roundness", 1.0),
+            ("valve.opening_V", 1.03),
+        ] {
+            rig.set_value(key, value).expect("a valve has a place");
+        }
+        let settings = settings(&rig).expect("settings");
+        let sent = settings
+            .axis(f32::from_f64(COMPARED_STEP_S))
+            .expect("an axis")
+            .valve;
+        let values = Values::<f32> {
+            rig: &rig,
+            keys: &[],
+            replaced: &[],
+        };
+        let meant = values.axis(COMPARED_STEP_S).expect("an axis").valve;
+        for step in 5..50_u8 {
+            let opening_v = 0.1 * f32::from(step);
+            let [sent_m2, meant_m2] = [&sent, &meant].map(|one| one.exhaust.area_m2(opening_v));
+            assert!((sent_m2 / meant_m2 - 1.0).abs() < 0.01, "{opening_v} V");
+        }
     }
 
     fn is_not_sent(effect: &str, parameter: &str) -> bool {

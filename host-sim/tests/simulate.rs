@@ -594,6 +594,7 @@ fn telling(effect: &str, key: &str) -> f64 {
         "heat_capacity_J_K" => 5.0,
         "outer_W_K" => 10.0,
         "offset_a_Pa" | "offset_b_Pa" => 2e3,
+        "gain_error_a" | "gain_error_b" => 0.01,
         "diameter_m" => 0.003,
         "cosine" | "sine" | "asymmetry" | "viscous_asymmetry" => 0.3,
         "wavelength_m" => 0.05,

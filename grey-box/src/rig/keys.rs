@@ -667,6 +667,14 @@ impl Rig {
         for point in table.points_mut(valve) {
             *point *= scale;
         }
+        // The edge is one of the table's openings.
+        if let Some(edge_v) = valve
+            .edge_v
+            .as_mut()
+            .filter(|_| table == ValveTable::Opening)
+        {
+            *edge_v *= scale;
+        }
         true
     }
 }

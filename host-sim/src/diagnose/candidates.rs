@@ -278,21 +278,13 @@ pub fn ordinary_parameter(rig: &Rig, key: &str) -> Option<FreeParameter> {
     })
 }
 
-/// So many deviations a scale of the openings may be off before an edge is at its bound.
-const OFF_BY: f64 = 5.0;
-
 /// Bounds of the numbers that shape the valve's flow.
 fn bounds_of_shape(rig: &Rig, key: &str) -> Option<(f64, f64)> {
     match key {
         "valve.curve_roundness" | "valve.discharge_slope" => key_bounds(key),
         // From the critical ratio on there is no law; at 1 its slope is infinite.
         "valve.laminar_pressure_ratio" => Some((0.9, 0.9995)),
-        "valve.edge_V" => {
-            let (from_v, to_v) = edge_between_v(rig.valve.as_ref()?)?;
-            // The gap moves with the scale of the openings; the curve keeps the edge inside.
-            let off = OFF_BY * rig.uncertainty_sd("valve.opening_V").unwrap_or(0.0);
-            Some((from_v * (1.0 - off).max(0.0), to_v * (1.0 + off)))
-        }
+        "valve.edge_V" => edge_between_v(rig.valve.as_ref()?),
         _ => None,
     }
 }
