@@ -22,7 +22,7 @@ use model_core::chamber;
 use model_core::controller::Controller;
 use model_core::left_out::ChamberLeakage;
 use model_core::real::Real;
-use model_core::valve::AreaTable;
+use model_core::valve::{AreaTable, TABLE_CAPACITY};
 
 /// Steps for which axis and settings are compared; what they hold does not
 /// depend on it.
@@ -131,7 +131,7 @@ pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
     let mut axis = values
         .axis(COMPARED_STEP_S)
         .map_err(RigSettingsError::Rig)?;
-    axis.valve.exhaust = at_openings_of(&axis.valve.supply, &axis.valve.exhaust);
+    axis.valve = with_one_column(axis.valve);
     let gains = gains(rig).ok_or(RigSettingsError::Incomplete)?;
     let settings = settings_of(&values, &axis, gains);
     let built = settings
@@ -238,27 +238,42 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) ->
     }
 }
 
-/// The exhaust's areas at the openings of the supply: the board has one column of openings. A
-/// table that cannot be one stays, and is missed when the settings are compared.
-fn at_openings_of(supply: &AreaTable<f32>, exhaust: &AreaTable<f32>) -> AreaTable<f32> {
+/// The valve with one column of openings, as a board has it: the supply's, and of the exhaust's own
+/// as many as there is room for, from the edge on. A table that cannot be one stays, and is missed
+/// when the settings are compared.
+fn with_one_column(valve: model_core::valve::Valve<f32>) -> model_core::valve::Valve<f32> {
+    let (supply, exhaust) = (&valve.supply, &valve.exhaust);
     if supply.openings_v() == exhaust.openings_v() {
-        return *exhaust;
+        return valve;
     }
-    let (stretch, scale) = (exhaust.opening_stretch, exhaust.area_scale);
-    let openings_v = supply.openings_v().iter();
+    let mut openings_v = supply.openings_v().to_vec();
+    let own = exhaust.openings_v().iter();
+    let own = own.filter(|own_v| !supply.openings_v().contains(own_v));
+    openings_v.extend(own.take(TABLE_CAPACITY - openings_v.len()));
+    openings_v.sort_by(f32::total_cmp);
+    let [supply, exhaust] = [supply, exhaust].map(|table| at_openings(&openings_v, table));
+    model_core::valve::Valve {
+        supply,
+        exhaust,
+        ..valve
+    }
+}
+
+fn at_openings(openings_v: &[f32], table: &AreaTable<f32>) -> AreaTable<f32> {
     let mut most_m2 = 0.0_f64;
     let area_m2 = |opening_v: &f32| {
-        most_m2 = most_m2.max(f64::from(exhaust.area_m2(opening_v * stretch) / scale));
+        let area_m2 = table.area_m2(opening_v * table.opening_stretch) / table.area_scale;
+        most_m2 = most_m2.max(f64::from(area_m2));
         most_m2
     };
-    let areas_m2: Vec<f64> = openings_v.clone().map(area_m2).collect();
-    let openings_v: Vec<f64> = openings_v.map(|opening_v| f64::from(*opening_v)).collect();
-    let Ok(mut table) = AreaTable::new(&openings_v, &areas_m2) else {
-        return *exhaust;
+    let areas_m2: Vec<f64> = openings_v.iter().map(area_m2).collect();
+    let openings_v: Vec<f64> = openings_v.iter().copied().map(f64::from).collect();
+    let Ok(mut moved) = AreaTable::new(&openings_v, &areas_m2) else {
+        return *table;
     };
-    table.opening_stretch = stretch;
-    table.area_scale = scale;
-    table
+    moved.opening_stretch = table.opening_stretch;
+    moved.area_scale = table.area_scale;
+    moved
 }
 
 fn valve(valve: &model_core::valve::Valve<f32>) -> Valve {
@@ -344,10 +359,10 @@ mod tests {
             replaced: &[],
         };
         let meant = values.axis(COMPARED_STEP_S).expect("an axis").valve;
-        for step in 5..50_u8 {
+        for step in 1..50_u8 {
             let opening_v = 0.1 * f32::from(step);
             let [sent_m2, meant_m2] = [&sent, &meant].map(|one| one.exhaust.area_m2(opening_v));
-            assert!((sent_m2 / meant_m2 - 1.0).abs() < 0.01, "{opening_v} V");
+            assert!((sent_m2 / meant_m2 - 1.0).abs() < 1e-4, "{opening_v} V");
         }
     }
 
