@@ -21,6 +21,9 @@ pub struct Gauge<R> {
     error_pa: Option<(R, R, [R; KNOTS])>,
 }
 
+/// Keys of the gains of both gauges.
+pub const GAIN_KEYS: [&str; 2] = [gain_key(Side::A), gain_key(Side::B)];
+
 /// Key of the gain of a chamber's gauge.
 pub const fn gain_key(side: Side) -> &'static str {
     match side {

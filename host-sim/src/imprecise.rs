@@ -6,8 +6,7 @@
 //! parameters, each with a prior, and said with them. What a rig states an uncertainty of is left
 //! as it is.
 
-use crate::gauge::gain_key;
-use crate::model::Side;
+use crate::gauge::GAIN_KEYS;
 use crate::rig::{Rig, Valve};
 use model_core::paper::DISCHARGE_SLOPE;
 use model_core::valve::AreaTable;
@@ -31,8 +30,7 @@ const SHAPE: [(&str, f64, f64); 3] = [
     ("valve.discharge_slope", DISCHARGE_SLOPE, 0.5),
 ];
 
-/// Gains of the chambers' gauges, known to half of a class of 0.5 % of what they show.
-const GAUGES: [&str; 2] = [gain_key(Side::A), gain_key(Side::B)];
+/// Gains of the chambers' gauges are known to half of a class of 0.5 % of what they show.
 const GAIN_KNOWN_TO: f64 = 0.0025;
 
 /// Numbers for which a bound is as good a value as any: chords, a smooth curve, an edge at a point.
@@ -60,7 +58,7 @@ pub fn with_built_in_priors(rig: &Rig) -> Rig {
     let Some(valve) = &rig.valve else {
         return known;
     };
-    let gains = GAUGES.map(|key| (key, 1.0, GAIN_KNOWN_TO));
+    let gains = GAIN_KEYS.map(|key| (key, 1.0, GAIN_KNOWN_TO));
     let has_gauges = rig.chambers.is_some();
     let gains = gains.into_iter().filter(|_| has_gauges);
     let mut numbers = Vec::new();

@@ -9,8 +9,8 @@
 //! standard ones.
 
 use crate::effects::{self, EffectParameter};
-use crate::gauge::gain_key;
-use crate::model::{AxisFault, Side, Values};
+use crate::gauge::GAIN_KEYS;
+use crate::model::{AxisFault, Values};
 use crate::rig::Rig;
 use firmware::codes::POSITION_M;
 use firmware::settings::{
@@ -78,8 +78,7 @@ pub fn stays_behind(rig: &Rig) -> Vec<String> {
         let lines = meant.map(|key| format!("effects.{effect}.{key}: {reason}"));
         lines.collect::<Vec<_>>()
     };
-    let gains = [Side::A, Side::B].map(gain_key);
-    let gains = gains.into_iter().filter(|key| {
+    let gains = GAIN_KEYS.into_iter().filter(|key| {
         rig.value(key)
             .is_some_and(|gain| gain.total_cmp(&1.0).is_ne())
     });

@@ -5,30 +5,21 @@
 
 use host_sim::diagnose::diagnose;
 use host_sim::diagnose::verdict::{Kind as Verdict, Verdict as Said};
-use host_sim::recording::Recording;
-use host_sim::rig::Rig;
+use host_sim::trial::refit::Seen;
 use std::convert::Infallible;
 use truth_plant::{Case, Kind, Request, Strength};
-
-fn read(rig: &Rig, files: &[(String, String)]) -> Vec<Recording> {
-    let one = |(name, text): &(String, String)| {
-        Recording::read_from(text.as_bytes(), name, None, &rig.signals).unwrap()
-    };
-    files.iter().map(one).collect()
-}
 
 fn said_of(seed: u64, strength: Strength) -> (Case, Said) {
     let request = Request::new(seed, Kind::Single).with_strength(strength);
     let case = request.with_effect("gauge-gain").unwrap().draw();
-    let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
-    let train = read(&rig, &case.train);
-    let held_out = || Ok::<_, Infallible>(read(&rig, &case.held_out));
-    let diagnosis = diagnose(&rig, train, held_out, &|_| ()).unwrap();
+    let seen = Seen::of(&case).unwrap();
+    let held_out = || Ok::<_, Infallible>(seen.held_out);
+    let diagnosis = diagnose(&seen.rig, seen.train, held_out, &|_| ()).unwrap();
     (case, diagnosis.verdict)
 }
 
 #[test]
-fn val_a_gain_wrong_by_a_few_times_its_class_is_refitted() {
+fn val_a_gain_wrong_by_its_class_is_refitted() {
     let (case, said) = said_of(11, Strength::Weak);
     assert_eq!(said.verdict, Verdict::NothingMissing, "{}", said.sentence);
     let error = case.truth.effects[0].parameters.values().next().unwrap();

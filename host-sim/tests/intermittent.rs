@@ -1,25 +1,15 @@
 //! An effect that is there for a fifth of the time, on a plant that shares nothing
 //! with the model: named, sized, and its spans found, also on held-out recordings.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
-
 use host_sim::diagnose::diagnose;
 use host_sim::diagnose::verdict::Kind as Verdict;
-use host_sim::recording::Recording;
-use host_sim::rig::Rig;
+use host_sim::trial::refit::Seen;
 use truth_plant::{Case, Kind, Request, Strength};
 
 /// Seed of a rig with strong position-dependent friction in a fifth of the time.
 const SEED: u64 = 3_068_299_711;
 /// The balance of forces is averaged over 40 ms, and begun anew after it.
 const SPAN_ERROR_S: f64 = 0.15;
-
-fn read(rig: &Rig, files: &[(String, String)]) -> Vec<Recording> {
-    let one = |(name, text): &(String, String)| {
-        Recording::read_from(text.as_bytes(), name, None, &rig.signals).unwrap()
-    };
-    files.iter().map(one).collect()
-}
 
 #[test]
 #[ignore = "long: cargo xtask test --all"]
@@ -29,10 +19,9 @@ fn val_an_effect_that_is_there_for_a_fifth_of_the_time_is_named() {
     let truth = &case.truth.effects[0];
     assert_eq!(truth.name, "position-dependent-friction");
     let onset = truth.onset.as_ref().unwrap();
-    let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
-    let train = read(&rig, &case.train);
-    let held_out = || Ok::<_, std::convert::Infallible>(read(&rig, &case.held_out));
-    let diagnosis = diagnose(&rig, train, held_out, &|_| ()).unwrap();
+    let seen = Seen::of(&case).unwrap();
+    let held_out = || Ok::<_, std::convert::Infallible>(seen.held_out);
+    let diagnosis = diagnose(&seen.rig, seen.train, held_out, &|_| ()).unwrap();
     let verdict = &diagnosis.verdict;
     assert_eq!(verdict.verdict, Verdict::Named, "{}", verdict.sentence);
     assert_eq!(verdict.effects.len(), 1, "{}", verdict.sentence);

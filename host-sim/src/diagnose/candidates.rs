@@ -7,7 +7,7 @@
 use super::materiality::{Mark, marks};
 use crate::fit::law_problem::{FreeParameter, Scope};
 use crate::fit::{Parameter, Prior};
-use crate::gauge::gain_key;
+use crate::gauge::{GAIN_KEYS, gain_key};
 use crate::imprecise::edge_between_v;
 use crate::laws::{Law, Track, white_noise};
 use crate::model::{Side, Values};
@@ -346,7 +346,7 @@ fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
         Law::Force | Law::Carriage | Law::Balance => {
             matches!(section, "carriage" | "friction")
                 || key.starts_with("cylinder.area")
-                || key.starts_with("chambers.gauge_gain")
+                || GAIN_KEYS.contains(&key)
                 || TIMES_OF_SENSORS.contains(&key)
         }
         Law::Actuator => section == "actuator",

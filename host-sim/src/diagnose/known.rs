@@ -5,7 +5,7 @@ use super::candidates::{Candidate, TIMES_OF_SENSORS};
 use super::proof::Run;
 use super::{LawDiagnosis, Model, assemble};
 use crate::fit::Presence;
-use crate::gauge::gain_key;
+use crate::gauge::GAIN_KEYS;
 use crate::laws::{Output, Track, read_pressures_pa};
 use crate::model::Side;
 use crate::recording::Recording;
@@ -94,7 +94,7 @@ fn with_sensors(rig: &Rig, law: &LawDiagnosis) -> Rig {
         .flat_map(|one| one.switches.iter().cloned());
     shared.extend(switches);
     let model = &law.improved;
-    for key in [Side::A, Side::B].map(gain_key) {
+    for key in GAIN_KEYS {
         let found = model.place(key).map(|place| model.values[place]);
         shared.extend(found.map(|gain| (key.to_owned(), gain)));
     }

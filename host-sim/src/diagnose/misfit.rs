@@ -1,7 +1,7 @@
 //! What counts as a misfit.
 
 use super::fitted::{Bench, Columns, Fitted};
-use crate::laws::Law;
+use crate::laws::{Law, Track};
 
 /// A misfit whose energy is this much above the noise's shows that something is missing,
 /// effect or none: the declared noise of a sensor is hardly better known (5 % of its size).
@@ -131,10 +131,14 @@ impl Bench<'_> {
             return self.misses_plainly(model);
         }
         let outputs = self.law.outputs(self.rig);
-        outputs.iter().enumerate().any(|(number, output)| {
-            let columns = self.tracks.iter().map(|track| track.recorded(output));
-            let left = DISCREPANCY * rms(columns.flatten()) / self.noise[number];
-            self.excess(model, number) > MISSED + left.powi(2)
+        let recorded = |track: &Track<'_>| -> Columns {
+            let columns = outputs.iter().map(|output| track.recorded(output));
+            columns.map(<[f64]>::to_vec).collect()
+        };
+        let recorded: Vec<Columns> = self.tracks.iter().map(recorded).collect();
+        let mut energies = self.energies(&recorded).enumerate();
+        energies.any(|(output, energy)| {
+            self.excess(model, output) > MISSED + DISCREPANCY.powi(2) * energy
         })
     }
 
@@ -148,13 +152,6 @@ impl Bench<'_> {
         };
         (0..trusted).any(|output| self.excess(model, output) > least)
     }
-}
-
-fn rms<'v>(values: impl Iterator<Item = &'v f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| {
-        (sum + value * value, count + 1)
-    });
-    (sum / count.max(1) as f64).sqrt()
 }
 
 /// How much the mean square of so many draws of noise varies, in units of it.

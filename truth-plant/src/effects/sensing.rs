@@ -1,6 +1,7 @@
 //! Effects of the sensors.
 
 use super::{Applied, Draw, Effect, Form, SIDES};
+use crate::plant::sensors::Sensors;
 
 pub(super) const EFFECTS: &[Effect] = &[
     Effect {
@@ -53,33 +54,46 @@ fn pressure_lag(draw: &mut Draw<'_>) -> Applied {
 }
 
 fn pressure_offset(draw: &mut Draw<'_>) -> Applied {
-    let wrong = *draw.random.one_of(&SIDES);
-    let mut applied = Applied {
-        form: "constant",
-        ..Applied::default()
-    };
-    for &port in wrong {
-        let offset_pa = draw.size([300.0, 3e3, 8e3, 20e3]) * draw.random.sign();
-        draw.physics.sensors.pressure_offset_pa[port] = offset_pa;
-        applied.places.push(PRESSURES[port]);
-        let key = format!("offset_{}_Pa", ["a", "b"][port]);
-        applied.parameters.insert(key, offset_pa);
-    }
-    applied
+    let key = |side: &str| format!("offset_{side}_Pa");
+    gauge_errors(
+        draw,
+        [300.0, 3e3, 8e3, 20e3],
+        key,
+        |sensors, port, offset_pa| {
+            sensors.pressure_offset_pa[port] = offset_pa;
+        },
+    )
 }
 
 fn gauge_gain(draw: &mut Draw<'_>) -> Applied {
+    let key = |side: &str| format!("gain_error_{side}");
+    gauge_errors(
+        draw,
+        [0.5e-3, 5e-3, 1e-2, 3e-2],
+        key,
+        |sensors, port, error| {
+            sensors.pressure_gain[port] *= 1.0 + error;
+        },
+    )
+}
+
+/// An error of one chamber's gauge or of both, each of its own size and sign.
+fn gauge_errors(
+    draw: &mut Draw<'_>,
+    sizes: [f64; 4],
+    key: impl Fn(&str) -> String,
+    put_in: impl Fn(&mut Sensors, usize, f64),
+) -> Applied {
     let wrong = *draw.random.one_of(&SIDES);
     let mut applied = Applied {
         form: "constant",
         ..Applied::default()
     };
     for &port in wrong {
-        let error = draw.size([0.5e-3, 5e-3, 1e-2, 3e-2]) * draw.random.sign();
-        draw.physics.sensors.pressure_gain[port] *= 1.0 + error;
+        let error = draw.size(sizes) * draw.random.sign();
+        put_in(&mut draw.physics.sensors, port, error);
         applied.places.push(PRESSURES[port]);
-        let key = format!("gain_error_{}", ["a", "b"][port]);
-        applied.parameters.insert(key, error);
+        applied.parameters.insert(key(["a", "b"][port]), error);
     }
     applied
 }
