@@ -1,6 +1,6 @@
 //! What the workspace tests share.
 
-use host_sim::diagnose::{Diagnosis, diagnose};
+use diagnosis::diagnose::{Diagnosis, diagnose};
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
 use model_core::axis::{Axis, AxisInputs};
@@ -48,7 +48,7 @@ pub fn diagnosed(folder: &Path) -> Diagnosis {
         files.iter().map(read).collect()
     };
     let held_out = || Ok::<_, Infallible>(read("held"));
-    let Ok(diagnosis) = diagnose(&rig, read("train"), held_out, &|_| ());
+    let Ok(diagnosis) = diagnose(&rig, read("train"), held_out, &(), &|_| ());
     diagnosis
 }
 

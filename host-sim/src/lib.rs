@@ -1,20 +1,17 @@
-//! The host side of pneuma: rigs, recordings, fits, diagnosis and reports.
+//! The host side of pneuma: the simulated axis, the closed loop, the board's other side, trials,
+//! reports and the commands.
 
 pub mod board;
 pub mod charts;
 pub mod check;
 pub mod cli;
 pub mod closed_loop;
-pub mod compare;
-pub mod diagnose;
 pub mod fault_campaign;
-pub mod identify;
-pub mod imprecise;
 pub mod init;
-pub mod inspect;
 pub mod motion;
 pub mod output;
 pub mod plant;
+pub mod rehearsal;
 pub mod report;
 pub mod scenario;
 pub mod settings;

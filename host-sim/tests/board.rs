@@ -423,7 +423,7 @@ fn prop_no_lost_frame_is_unnoticed() {
     assert_eq!(run.recording.len(), 3000 - 177);
     let comments = run.text.lines().filter(|line| line.starts_with('#'));
     assert_eq!(comments.count(), 5);
-    let inspection = host_sim::inspect::inspect(&run.rig, &run.recording);
+    let inspection = diagnosis::inspect::inspect(&run.rig, &run.recording);
     let shown = inspection.to_string();
     assert!(shown.contains("3 gaps:"), "{shown}");
 }

@@ -6,7 +6,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use host_sim::inspect::{Fault, FaultKind, Inspection, inspect};
+use diagnosis::inspect::{Fault, FaultKind, Inspection, inspect};
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
 

@@ -9,9 +9,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use diagnosis::inspect::inspect;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use host_sim::inspect::inspect;
 use host_sim::recording::{Recording, RecordingError};
 use host_sim::rig::Rig;
 use proptest::prelude::*;

@@ -3,8 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
-use host_sim::diagnose::diagnose;
-use host_sim::diagnose::verdict::{Kind as Verdict, Verdict as Said};
+use diagnosis::diagnose::diagnose;
+use diagnosis::diagnose::verdict::{Kind as Verdict, Verdict as Said};
 use host_sim::trial::refit::Seen;
 use std::convert::Infallible;
 use truth_plant::{Case, Kind, Request, Strength};
@@ -14,7 +14,7 @@ fn said_of(seed: u64, strength: Strength) -> (Case, Said) {
     let case = request.with_effect("gauge-gain").unwrap().draw();
     let seen = Seen::of(&case).unwrap();
     let held_out = || Ok::<_, Infallible>(seen.held_out);
-    let diagnosis = diagnose(&seen.rig, seen.train, held_out, &|_| ()).unwrap();
+    let diagnosis = diagnose(&seen.rig, seen.train, held_out, &(), &|_| ()).unwrap();
     (case, diagnosis.verdict)
 }
 

@@ -6,7 +6,7 @@ mod common;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_sim::inspect::{FaultKind, inspect};
+use diagnosis::inspect::{FaultKind, inspect};
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
 

@@ -1,8 +1,8 @@
 //! An effect that is there for a fifth of the time, on a plant that shares nothing
 //! with the model: named, sized, and its spans found, also on held-out recordings.
 
-use host_sim::diagnose::diagnose;
-use host_sim::diagnose::verdict::Kind as Verdict;
+use diagnosis::diagnose::diagnose;
+use diagnosis::diagnose::verdict::Kind as Verdict;
 use host_sim::trial::refit::Seen;
 use truth_plant::{Case, Kind, Request, Strength};
 
@@ -21,7 +21,7 @@ fn val_an_effect_that_is_there_for_a_fifth_of_the_time_is_named() {
     let onset = truth.onset.as_ref().unwrap();
     let seen = Seen::of(&case).unwrap();
     let held_out = || Ok::<_, std::convert::Infallible>(seen.held_out);
-    let diagnosis = diagnose(&seen.rig, seen.train, held_out, &|_| ()).unwrap();
+    let diagnosis = diagnose(&seen.rig, seen.train, held_out, &(), &|_| ()).unwrap();
     let verdict = &diagnosis.verdict;
     assert_eq!(verdict.verdict, Verdict::Named, "{}", verdict.sentence);
     assert_eq!(verdict.effects.len(), 1, "{}", verdict.sentence);
@@ -46,6 +46,6 @@ fn val_an_effect_that_is_there_for_a_fifth_of_the_time_is_named() {
         let is_right = !spans_s.is_empty() && spans_s.iter().all(is_inside);
         assert!(is_right, "{}: {spans_s:?} s", recording.name);
     }
-    let rms = |figures: &host_sim::diagnose::verdict::FitFigures| figures.free_run_held_out["x"];
+    let rms = |figures: &diagnosis::diagnose::verdict::FitFigures| figures.free_run_held_out["x"];
     assert!(rms(&verdict.fit.improved) < 0.5 * rms(&verdict.fit.refitted));
 }

@@ -10,8 +10,8 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
-use host_sim::diagnose::verdict::{Kind, Verdict};
-use host_sim::diagnose::{Diagnosis, diagnose};
+use diagnosis::diagnose::verdict::{Kind, Verdict};
+use diagnosis::diagnose::{Diagnosis, diagnose};
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
 use std::convert::Infallible;
@@ -45,6 +45,7 @@ fn run(name: &str, train: &[Part], held_out: &[Part]) -> Option<Diagnosis> {
         &rig,
         read(train),
         || Ok::<_, Infallible>(read(held_out)),
+        &(),
         &|_| (),
     );
     let Ok(diagnosis) = diagnosis;
@@ -227,7 +228,7 @@ fn val_whole_axis_with_nothing_missing_is_told_so() {
     };
     let train = read(&["train-1", "train-2", "train-3", "train-4"]);
     let held = || Ok::<_, Infallible>(read(&["held-1", "held-2"]));
-    let Ok(diagnosis) = diagnose(&rig, train, held, &|_| ());
+    let Ok(diagnosis) = diagnose(&rig, train, held, &(), &|_| ());
     let verdict = &diagnosis.verdict;
     assert_eq!(
         verdict.verdict,

@@ -6,11 +6,11 @@ use super::prediction::{
 };
 use super::residuals::fit_percent;
 use super::{capitalised, test_residuals};
-use crate::compare::{LawComparison, SignalComparison, headline};
 use crate::laws::Track;
 use crate::report::{Cell, Page, Role, Section, Table, number};
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
+use diagnosis::compare::{LawComparison, SignalComparison, headline};
 
 /// The page of a comparison.
 pub fn compare_page(rig: &Rig, laws: &[LawComparison], tracks: &[Track<'_>]) -> Page {

@@ -6,12 +6,12 @@ use super::prediction::{
 };
 use super::residuals::{fit_percent, spread};
 use super::{capitalised, test_residuals};
-use crate::diagnose::words;
-use crate::identify::{BeforeAfter, FittedParameter, LawFit, Residuals, SignalError};
 use crate::laws::Track;
 use crate::report::{Cell, Matrix, Page, Role, Section, Table, number};
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
+use diagnosis::diagnose::words;
+use diagnosis::identify::{BeforeAfter, FittedParameter, LawFit, Residuals, SignalError};
 
 /// Significant digits of a parameter.
 const DIGITS: usize = 5;

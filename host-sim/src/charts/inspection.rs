@@ -1,12 +1,12 @@
 //! The page of `pneuma inspect`.
 
 use super::prediction::{CLOSED_DETAIL, OPEN_DETAIL, signal_panel};
-use crate::inspect::{Fault, Inspection, SignalReport, Timing};
 use crate::laws::Track;
 use crate::recording::Recording;
 use crate::report::{Cell, Chart, ChartStack, Page, Role, Section, Series, Table, number};
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
+use diagnosis::inspect::{Fault, Inspection, SignalReport, Timing};
 use std::path::Path;
 
 /// Height of the panel of one signal, CSS pixels.

@@ -1,11 +1,11 @@
 //! Where a model deviates from recordings, as charts: which variable the misfit
 //! correlates with, and how.
 
-use crate::diagnose::locate::{Located, POSITION, VariableShare};
-use crate::diagnose::unknown_term::Shape;
 use crate::report::{BarChart, Chart, ChartStack, Role, Section, Series};
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
+use diagnosis::diagnose::locate::{Located, POSITION, VariableShare};
+use diagnosis::diagnose::unknown_term::Shape;
 
 /// Variables drawn openly; the others are in a part that opens.
 const OPEN_VARIABLES: usize = 2;
@@ -148,7 +148,7 @@ fn binned(
     let x = variable_reading(rig, variable);
     let y = Reading::of_quantity(rig, unit);
     let bins = || variable.bins.iter();
-    let at = |bin: &crate::diagnose::locate::Bin| x.value(bin.x);
+    let at = |bin: &diagnosis::diagnose::locate::Bin| x.value(bin.x);
     let band = bins().map(|bin| {
         let (mean, sd) = (y.difference(bin.mean), y.difference(bin.sd));
         (at(bin), mean - sd, mean + sd)

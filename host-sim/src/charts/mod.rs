@@ -13,25 +13,25 @@
 
 mod closed_loop;
 mod compare;
-mod diagnosis;
 mod fit;
 mod inspection;
 mod locate;
 mod parameters;
 mod prediction;
 mod residuals;
+mod verdict;
 
 pub use closed_loop::closed_loop_page;
 pub use compare::compare_page;
-pub use diagnosis::diagnosis_page;
 pub use fit::fit_page;
 pub use inspection::inspection_page;
+pub use verdict::diagnosis_page;
 
-use crate::identify::Residuals;
 use crate::laws::{Law, Track, median_step_s};
 use crate::report::{Cell, Role, Section, Table};
 use crate::rig::Rig;
 use crate::signals;
+use diagnosis::identify::Residuals;
 use prediction::worst_recording;
 use residuals::Tested;
 

@@ -1,10 +1,10 @@
 //! Recorded and predicted signals over time, with what drove the law.
 
-use crate::identify::{Residuals, rms};
 use crate::laws::{Law, Output, Track};
 use crate::report::{Chart, ChartStack, Role, Series};
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
+use diagnosis::identify::{Residuals, rms};
 
 /// Height of a panel of inputs, CSS pixels: they are there for orientation.
 const INPUT_HEIGHT_PX: u32 = 90;

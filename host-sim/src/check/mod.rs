@@ -10,9 +10,9 @@ use serde::Serialize;
 
 pub use needs::{Lack, LawCheck};
 
-use crate::inspect::{Inspection, SignalReport, inspect};
 use crate::recording::Recording;
 use crate::rig::{Rig, RigError};
+use diagnosis::inspect::{Inspection, SignalReport, inspect};
 
 /// The findings.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -11,9 +11,9 @@ use super::inputs::{
     bad_input, laws, provenance, read_recordings, read_rig, remarks_on_rig, spinner, with_remarks,
 };
 use super::outputs::{check_outputs, write_json, write_page};
-use crate::compare::{LawComparison, compare_law};
 use crate::laws::Track;
 use crate::recording::Recording;
+use diagnosis::compare::{LawComparison, compare_law};
 
 /// Predict recordings with the rig as given and show where they part.
 #[derive(Args, Clone, Debug)]
@@ -73,7 +73,7 @@ pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), Comm
         write!(out, "{gap}{comparison}")?;
         compared.push(comparison);
     }
-    writeln!(out, "\n{}", crate::compare::headline(&rig, &compared))?;
+    writeln!(out, "\n{}", diagnosis::compare::headline(&rig, &compared))?;
     out.flush()?;
     if let Some(path) = &arguments.json {
         let content = CompareFile {

@@ -2,11 +2,12 @@
 
 use super::{CommandError, inputs, outputs};
 use crate::charts;
-use crate::diagnose::{Diagnosis, diagnose, summary, words};
 use crate::recording::Recording;
+use crate::rehearsal::Rehearsals;
 use crate::report::Page;
 use crate::rig::Rig;
 use clap::Args;
+use diagnosis::diagnose::{Diagnosis, diagnose, summary, words};
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -56,9 +57,13 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
     }
     out.flush()?;
     let progress = inputs::spinner();
-    let diagnosis = diagnose(&rig, train, || Ok::<_, CommandError>(held_out), &|stage| {
-        progress.set_message(stage.to_owned())
-    })?;
+    let diagnosis = diagnose(
+        &rig,
+        train,
+        || Ok::<_, CommandError>(held_out),
+        &Rehearsals::all(),
+        &|stage| progress.set_message(stage.to_owned()),
+    )?;
     progress.finish_and_clear();
     if let Some(path) = &arguments.json {
         outputs::write_json(path, &diagnosis.verdict)?;

@@ -12,12 +12,12 @@ use super::inputs::{
     with_remarks,
 };
 use super::outputs::{check_outputs, write_json, write_page, write_text};
-use crate::identify::{FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig};
-use crate::imprecise::with_built_in_priors;
 use crate::laws::Track;
 use crate::recording::Recording;
 use crate::recording_set;
 use crate::rig::Rig;
+use diagnosis::identify::{FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig};
+use diagnosis::imprecise::with_built_in_priors;
 
 /// Fit numbers of the rig file to recordings, law by law.
 #[derive(Args, Clone, Debug)]

@@ -8,8 +8,8 @@ use clap::Args;
 use super::CommandError;
 use super::inputs::{bad_input, provenance, read_rig};
 use super::outputs::{check_outputs, write_json, write_page};
-use crate::inspect::{Inspection, inspect};
 use crate::recording::Recording;
+use diagnosis::inspect::{Inspection, inspect};
 
 /// Check recordings: timing, noise, quantum, excitation and faults.
 #[derive(Args, Clone, Debug)]

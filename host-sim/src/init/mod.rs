@@ -16,10 +16,10 @@ use std::path::Path;
 pub use columns::Guess;
 pub use sheet::{DataSheet, SignalLine};
 
-use crate::inspect::{SignalReport, inspect};
 use crate::recording::Recording;
 use crate::rig::{Rig, nominal_flow_of_conductance};
 use columns::{Preview, Scale};
+use diagnosis::inspect::{SignalReport, inspect};
 
 /// b where a data sheet states none.
 pub const TYPICAL_B: f64 = valves::TYPICAL_B;

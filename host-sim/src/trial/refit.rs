@@ -5,11 +5,11 @@
 //! (chambers driven by motion and command, forces on the carriage by pressures
 //! and motion): no chaos of stick and slip makes two runs differ.
 
-use crate::identify::{LawTask, fit_law, free_parameters, improved_rig, residuals_as_given};
-use crate::imprecise::with_built_in_priors;
 use crate::laws::{Law, Track};
 use crate::recording::Recording;
 use crate::rig::Rig;
+use diagnosis::identify::{LawTask, fit_law, free_parameters, improved_rig, residuals_as_given};
+use diagnosis::imprecise::with_built_in_priors;
 use serde::{Deserialize, Serialize};
 use truth_plant::Case;
 

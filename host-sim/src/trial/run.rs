@@ -13,10 +13,11 @@ use super::plan::{Concealment, Planned, Setting};
 use super::refit::{Refit, Seen, refit};
 use super::said::Said;
 use super::seal::{BrokenSeal, Opened, Seal};
-use crate::diagnose::diagnose;
 use crate::recording::Recording;
+use crate::rehearsal::Rehearsals;
 use crate::rig::Rig;
 use crate::text::file_name;
+use diagnosis::diagnose::diagnose;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -218,7 +219,13 @@ fn diagnosed(case: &Case, folder: &Path, progress: &dyn Fn(&str)) -> Result<Answ
         files.iter().map(one).collect()
     };
     let train = read(&case.train)?;
-    let diagnosis = diagnose(&rig, train, || read(&case.held_out), progress)?;
+    let diagnosis = diagnose(
+        &rig,
+        train,
+        || read(&case.held_out),
+        &Rehearsals::all(),
+        progress,
+    )?;
     let put = |name: &str, text: String| {
         fs::write(folder.join(name), text).map_err(|error| error.to_string())
     };

@@ -1,8 +1,8 @@
 //! What the page says against what the verdict says, for every kind of verdict.
 
 use super::*;
-use crate::diagnose::verdict::{Located, Ranked, UnknownTerm};
 use crate::report::escape;
+use diagnosis::diagnose::verdict::{Located, Ranked, UnknownTerm};
 
 const KINDS: [Kind; 6] = [
     Kind::NothingMissing,

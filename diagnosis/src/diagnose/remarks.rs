@@ -1,6 +1,7 @@
 //! What is to be said of the rig file beside the verdict.
 
 use super::candidates::voids;
+use super::sheet::Sheet;
 use super::strayed::{STRAYED, deviations};
 use super::verdict::Parameter;
 use super::{LawDiagnosis, words};
@@ -9,6 +10,10 @@ use crate::inspect::Doubt;
 use crate::laws::Law;
 use crate::rig::Rig;
 use std::collections::BTreeMap;
+
+/// Of rig files that state their deviations rightly one in twenty or fewer appears too sure by as
+/// much (of 400 drawn with fourteen numbers each: `sheet::tests`).
+pub(super) const TOO_SURE: f64 = 1.5;
 
 /// Numbers that explain the recordings and are far from what the rig states. Beside a friction that
 /// grows with the pressure, dry friction is another number than the one stated.
@@ -23,9 +28,10 @@ pub(super) fn strayed(
         laws.iter().any(of_law)
     };
     let bound = parameters.iter().filter(|(key, _)| !is_void(key));
+    let scale = sheet(rig, laws).scale();
     let note = |(key, parameter): (&String, &Parameter)| {
         let found = parameter.improved?;
-        let is_strayed = deviations(rig, key, found, parameter.std)? > STRAYED;
+        let is_strayed = deviations(rig, key, found, parameter.std)? > STRAYED * scale;
         is_strayed.then(|| {
             let stated = stated(rig, key, found);
             format!(
@@ -34,6 +40,23 @@ pub(super) fn strayed(
         })
     };
     bound.filter_map(note).collect()
+}
+
+/// How well the rig file kept its word, by all laws.
+fn sheet(rig: &Rig, laws: &[LawDiagnosis]) -> Sheet {
+    let of_laws = laws.iter().map(|law| Sheet::of(rig, law));
+    of_laws.fold(Sheet::default(), |all, law| all.and(&law))
+}
+
+/// That the numbers of a rig file are further off than it states, as a rule.
+pub(super) fn too_sure(rig: &Rig, laws: &[LawDiagnosis]) -> Option<String> {
+    let scale = sheet(rig, laws).scale();
+    (scale > TOO_SURE).then(|| {
+        format!(
+            "the numbers of the rig file are typically off by {} times their [uncertainty]: the uncertainties were taken that much larger",
+            words::digits(scale)
+        )
+    })
 }
 
 /// Numbers that ended at the bound of what they may be.
@@ -54,6 +77,7 @@ pub(super) fn at_bounds(parameters: &BTreeMap<String, Parameter>) -> Vec<Doubt> 
 
 /// Numbers that stood in for an effect that was named.
 pub(super) fn stood_in(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
+    let scale = sheet(rig, laws).scale();
     let of_law = |law: &LawDiagnosis| {
         let mut named = law.evidence.iter().filter(|evidence| evidence.accepted);
         let evidence = named.find(|evidence| evidence.is_of_strayed)?;
@@ -62,7 +86,7 @@ pub(super) fn stood_in(rig: &Rig, laws: &[LawDiagnosis]) -> Vec<String> {
         let numbers = refit.names.iter().zip(&refit.values).take(refit.shared);
         let known = numbers.zip(&refit.standard_deviations);
         let note = |((key, &found), &known_to): ((&String, &f64), &Option<f64>)| {
-            let is_strayed = deviations(rig, key, found, known_to)? > STRAYED;
+            let is_strayed = deviations(rig, key, found, known_to)? > STRAYED * scale;
             let stated = is_strayed.then(|| stated(rig, key, found))?;
             Some(format!(
                 "without {effect} the model explains the recordings equally well, with {stated}"

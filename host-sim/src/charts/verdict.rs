@@ -12,12 +12,7 @@ use super::prediction::{
 };
 use super::residuals::{fit_percent, spread};
 use super::test_residuals;
-use crate::diagnose::proof::Run;
-use crate::diagnose::unknown_term;
-use crate::diagnose::verdict::{Effect, Estimate, Fit, FitFigures, Kind, Verdict, WouldShow};
-use crate::diagnose::{BreakAway, Diagnosis, LawDiagnosis, Model, summary, words};
 use crate::effects;
-use crate::identify::{Residuals, rms};
 use crate::laws::{Output, Track, balance};
 use crate::recording::Recording;
 use crate::report::{
@@ -25,6 +20,11 @@ use crate::report::{
 };
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
+use diagnosis::diagnose::proof::Run;
+use diagnosis::diagnose::unknown_term;
+use diagnosis::diagnose::verdict::{Effect, Estimate, Fit, FitFigures, Kind, Verdict, WouldShow};
+use diagnosis::diagnose::{BreakAway, Diagnosis, LawDiagnosis, Model, summary, words};
+use diagnosis::identify::{Residuals, rms};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use std::collections::BTreeMap;
@@ -809,7 +809,7 @@ fn parameters(section: &mut Section, rig: &Rig, verdict: &Verdict) {
 
 /// The parameters that the rig file states with an uncertainty.
 fn moved(rig: &Rig, verdict: &Verdict) -> Vec<Moved> {
-    let moved = |(key, parameter): (&String, &crate::diagnose::verdict::Parameter)| {
+    let moved = |(key, parameter): (&String, &diagnosis::diagnose::verdict::Parameter)| {
         Some(Moved {
             key: key.clone(),
             given: rig.value(key)?,

@@ -3,6 +3,7 @@
 
 use super::candidates::{Candidate, TIMES_OF_SENSORS};
 use super::proof::Run;
+use super::sheet::Sheet;
 use super::{LawDiagnosis, Model, assemble};
 use crate::fit::Presence;
 use crate::gauge::GAIN_KEYS;
@@ -29,6 +30,8 @@ pub(super) struct Known<'t> {
     pub train: Cow<'t, [Recording]>,
     /// Of each recording what is not understood of the sensors, where something is.
     pub doubts: Vec<Doubts>,
+    /// How well the rig file kept its word.
+    pub sheet: Sheet,
 }
 
 impl<'t> Known<'t> {
@@ -38,6 +41,7 @@ impl<'t> Known<'t> {
             rig: rig.clone(),
             train: Cow::from(train),
             doubts: Vec::new(),
+            sheet: Sheet::default(),
         }
     }
 
@@ -51,6 +55,7 @@ impl<'t> Known<'t> {
         if !is_explained {
             return;
         }
+        self.sheet = self.sheet.and(&Sheet::of(&self.rig, law));
         self.rig = with_sensors(&self.rig, law);
         if let Some(mended) = with_pressures_mended(&self.train, law) {
             self.train = Cow::from(mended);
@@ -193,7 +198,7 @@ mod tests {
         let request = Request::new(4_084_749_717, Kind::Onset).with_noise(1.0);
         let (rig, mut train) = drawn::read(&request.with_strength(Strength::Strong));
         let held_out = train.split_off(train.len() - 1);
-        let mut law = diagnose_law(Law::Chambers, &Known::new(&rig, &train), &|_| ()).unwrap();
+        let mut law = diagnose_law(Law::Chambers, &Known::new(&rig, &train), &(), &|_| ()).unwrap();
         let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
         law.prove(&rig, &tracks, &held_out);
         let mended = with_held_out_pressures_mended(&held_out, &law).unwrap();

@@ -44,6 +44,7 @@ mod refit;
 mod remarks;
 mod scale;
 pub mod search;
+mod sheet;
 mod shown;
 mod sliding;
 mod strayed;
@@ -75,7 +76,7 @@ use limits::Limit;
 use locate::Located;
 use loose_load::Refined;
 use misfit::MISSED;
-use next_experiment::NextExperiment;
+use next_experiment::{Bank, NextExperiment};
 use proof::{Frozen, Run, Said};
 use rayon::prelude::*;
 use search::{Evidence, Outcome};
@@ -365,11 +366,13 @@ impl LawDiagnosis {
 }
 
 /// Diagnoses a rig by its recordings. Held-out recordings are checked for faults, and
-/// nothing else of them is looked at before every parameter is frozen.
+/// nothing else of them is looked at before every parameter is frozen. What to record next is
+/// chosen out of `bank`.
 pub fn diagnose<E>(
     rig: &Rig,
     mut train: Vec<Recording>,
     read_held_out: impl FnOnce() -> Result<Vec<Recording>, E>,
+    bank: &dyn Bank,
     progress: &dyn Fn(&str),
 ) -> Result<Diagnosis, E> {
     progress("checking the recordings");
@@ -396,7 +399,7 @@ pub fn diagnose<E>(
     if faults.is_empty() {
         let mut known = Known::new(rig, &train);
         for law in Law::of(rig, &recorded) {
-            let diagnosis = diagnose_law(law, &known, progress);
+            let diagnosis = diagnose_law(law, &known, bank, progress);
             if let Some(law) = &diagnosis {
                 known.learn(law);
             }
@@ -440,6 +443,7 @@ pub fn diagnose<E>(
     notes.extend(lacks.iter().map(ToString::to_string));
     verdict.assumed = needs::assumed(rig);
     notes.extend(remarks::unrefitted(rig));
+    notes.extend(remarks::too_sure(rig, &laws));
     notes.extend(remarks::stood_in(rig, &laws));
     notes.extend(remarks::strayed(rig, &laws, &verdict.parameters));
     notes.extend(remarks::unjudged(rig, &laws));
@@ -533,11 +537,17 @@ impl Settled {
     }
 }
 
-fn diagnose_law(law: Law, known: &Known<'_>, progress: &dyn Fn(&str)) -> Option<LawDiagnosis> {
+fn diagnose_law(
+    law: Law,
+    known: &Known<'_>,
+    bank: &dyn Bank,
+    progress: &dyn Fn(&str),
+) -> Option<LawDiagnosis> {
     let title = law.title();
     let progress = |stage: &str| progress(&format!("{title}: {stage}"));
     let tracks: Vec<Track<'_>> = known.train.iter().map(Track::new).collect();
     let mut full = Bench::new(law.searched_by(), &known.rig, &tracks);
+    full.sheet = known.sheet.clone();
     let mut searched = searched(law, &mut full, known, &progress)?;
     let settled = settled(&full, &mut searched, &known.doubts);
     // What comes and goes at moments that suit it may be there always, over the state.
@@ -553,9 +563,9 @@ fn diagnose_law(law: Law, known: &Known<'_>, progress: &dyn Fn(&str)) -> Option<
     let is_formless = is_smooth || !assemble::is_enough(settled.explained);
     let is_missed = is_formless && full.is_unsound(&settled.improved);
     let is_open = (comes_and_goes || is_missed) && !searched.outcome.evidence.is_empty();
-    let of_effects = written(law, &full, &searched, settled, &progress);
+    let of_effects = written(law, &full, &searched, settled, bank, &progress);
     let mut diagnosis = if is_open {
-        tabled(law, &mut full, &mut searched, of_effects, &progress)
+        tabled(law, &mut full, &mut searched, of_effects, bank, &progress)
     } else {
         of_effects
     };
@@ -573,6 +583,7 @@ fn tabled(
     full: &mut Bench<'_>,
     searched: &mut Searched,
     of_effects: LawDiagnosis,
+    bank: &dyn Bank,
     progress: &dyn Fn(&str),
 ) -> LawDiagnosis {
     progress("table in place of a law");
@@ -586,7 +597,7 @@ fn tabled(
         improved,
         term: Some(term),
     };
-    let of_table = written(law, full, searched, settled, progress);
+    let of_table = written(law, full, searched, settled, bank, progress);
     LawDiagnosis {
         of_effects: assemble::has_named(&of_effects).then(|| Box::new(of_effects)),
         ..of_table
@@ -599,6 +610,7 @@ fn written(
     full: &Bench<'_>,
     searched: &Searched,
     settled: Settled,
+    bank: &dyn Bank,
     progress: &dyn Fn(&str),
 ) -> LawDiagnosis {
     let outcome = &searched.outcome;
@@ -606,7 +618,7 @@ fn written(
     if !outcome.rivals.is_empty() {
         progress("next experiment to separate the alternatives");
     }
-    let next_experiment = next_experiment(full, &settled.improved, &outcome.rivals);
+    let next_experiment = next_experiment(bank, full, &settled.improved, &outcome.rivals);
     let frozen = vec![
         Frozen::given(full.rig),
         Frozen::new(full, baseline),
@@ -759,6 +771,7 @@ fn polished(full: &Bench<'_>, outcome: &Outcome) -> Option<(Fitted, Fitted)> {
 
 /// The experiment that would tell an accepted effect from the one that does as well.
 fn next_experiment(
+    bank: &dyn Bank,
     bench: &Bench<'_>,
     improved: &Fitted,
     rivals: &[(usize, usize)],
@@ -767,7 +780,7 @@ fn next_experiment(
     let others = search::without(&improved.set, accepted);
     let swapped = search::with(&others, rival);
     let other = bench.fit(&swapped, Some(&bench.restricted(improved, &others)))?;
-    next_experiment::find(bench, [improved, &other])
+    next_experiment::find(bank, bench, [improved, &other])
 }
 
 /// The misfits above their noise, each with its part of the energy above the noise,
@@ -873,7 +886,7 @@ mod tests {
     fn regress_effects_stand_again_where_a_table_in_their_place_is_refuted() {
         let (rig, recordings, held_out) = with_friction();
         let found =
-            || diagnose_law(Law::Carriage, &Known::new(&rig, &recordings), &|_| ()).unwrap();
+            || diagnose_law(Law::Carriage, &Known::new(&rig, &recordings), &(), &|_| ()).unwrap();
         let mut law = found();
         assert!(assemble::has_named(&law));
         let mut heavy = BTreeMap::new();
@@ -903,7 +916,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
         let proven = |helps: bool| {
             let known = Known::new(&rig, &recordings);
-            let mut law = diagnose_law(Law::Carriage, &known, &|_| ()).unwrap();
+            let mut law = diagnose_law(Law::Carriage, &known, &(), &|_| ()).unwrap();
             law.improved.presence = Some(Presence::nowhere(FRICTION, recordings.len()));
             if !helps {
                 law.frozen[Model::Improved as usize] = law.frozen[Model::Refitted as usize].clone();
@@ -932,7 +945,7 @@ mod tests {
         };
         let (recordings, held_out) = (read(&case.train), read(&case.held_out));
         let known = Known::new(&rig, &recordings);
-        let mut law = diagnose_law(Law::Carriage, &known, &|_| ()).unwrap();
+        let mut law = diagnose_law(Law::Carriage, &known, &(), &|_| ()).unwrap();
         let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
         law.prove(&rig, &tracks, &held_out);
         assert!(law.named().eq(["dwell-stiction"]) && law.refuted.is_none());
@@ -951,7 +964,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
         let proven = |worse_in: usize| {
             let known = Known::new(&rig, &recordings);
-            let mut law = diagnose_law(Law::Carriage, &known, &|_| ()).unwrap();
+            let mut law = diagnose_law(Law::Carriage, &known, &(), &|_| ()).unwrap();
             law.held_out = runs(law.law, &rig, &tracks, &law.frozen);
             let [refitted, improved] = [Model::Refitted, Model::Improved].map(|one| one as usize);
             law.held_out[improved] = law.held_out[refitted].clone();
@@ -983,7 +996,7 @@ mod tests {
     fn regress_recordings_that_were_not_given_say_nothing() {
         let (rig, recordings, _) = with_friction();
         let known = Known::new(&rig, &recordings);
-        let mut law = diagnose_law(Law::Carriage, &known, &|_| ()).unwrap();
+        let mut law = diagnose_law(Law::Carriage, &known, &(), &|_| ()).unwrap();
         law.prove(&rig, &[], &[]);
         assert!(assemble::has_named(&law) && !law.is_unproven && law.refuted.is_none());
     }
@@ -996,7 +1009,7 @@ mod tests {
         let (rig, whole) = drawn::of_kind(Kind::Single, 3, strong, "piston-leakage");
         let half: Vec<Recording> = whole.iter().map(|one| one.part(0..one.len() / 2)).collect();
         let work = |recordings: &[Recording]| {
-            let found = diagnose_law(Law::Chambers, &Known::new(&rig, recordings), &|_| ());
+            let found = diagnose_law(Law::Chambers, &Known::new(&rig, recordings), &(), &|_| ());
             found.unwrap().seconds
         };
         let ratio = work(&whole) / work(&half);

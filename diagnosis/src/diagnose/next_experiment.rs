@@ -16,22 +16,15 @@
 //! Limits: deviations are taken without their correlations, which leaves the rival more room
 //! than it has and makes the power a cautious one. Only whole axes have a bank.
 
-mod bank;
-
 use super::candidates::Candidate;
 use super::fitted::{Bench, Fitted};
 use super::search::PLAIN_RATIO;
-use crate::closed_loop::{Course, HostController, control_task, run};
 use crate::fit::Prior;
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope};
 use crate::laws::{Law, Track, median_step_s};
-use crate::motion::Motion;
-use crate::plant::{Plant, PlantSettings, Seen, seen};
 use crate::random::Noise;
 use crate::recording::Recording;
 use crate::rig::Rig;
-use crate::scenario::stroke_range_m;
-use bank::{Excitation, Experiment, Place, SetUp};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -40,6 +33,48 @@ const REPETITIONS: u64 = 6;
 /// How many experiments are repeated at most, and the power that ends the search.
 const REPEATED: usize = 3;
 const SURE_POWER: f64 = 0.9;
+
+/// The experiments that an axis can make, of each law.
+pub trait Bank: Sync {
+    /// Those that may tell two models of a law apart.
+    fn of(&self, law: Law) -> &[Box<dyn Experiment>];
+}
+
+/// A safe recording that anybody with such an axis can make.
+pub trait Experiment: Send + Sync {
+    /// What to do: a sentence without its full stop.
+    fn text(&self) -> &'static str;
+
+    /// The rig with what the experiment changes about it, as far as it has the numbers.
+    fn set_up(&self, rig: &Rig) -> Rig;
+
+    /// What a rig, already set up, would record every `step_s`. None where it lacks a number
+    /// that the experiment needs, and where nobody would get to record it: the axis trips, or
+    /// runs into an end.
+    fn recorded(&self, rig: &Rig, step_s: f64, seed: u64) -> Option<Vec<Recorded>>;
+}
+
+/// A recording of an experiment.
+pub enum Recorded {
+    /// Every signal.
+    Whole(Recording),
+    /// Piston and command are given; the chambers answer.
+    Driven {
+        /// s.
+        time_s: Vec<f64>,
+        /// Of the piston, m.
+        position_m: Vec<f64>,
+        /// Of the valve, V.
+        command_v: Vec<f64>,
+    },
+}
+
+/// No experiments.
+impl Bank for () {
+    fn of(&self, _: Law) -> &[Box<dyn Experiment>] {
+        &[]
+    }
+}
 
 /// The experiment that tells two models apart best.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,20 +92,14 @@ pub struct NextExperiment {
 
 /// Looks for the experiment that tells `models` apart best. None where no experiment of the
 /// bank can be simulated with this rig.
-pub fn find(bench: &Bench<'_>, models: [&Fitted; 2]) -> Option<NextExperiment> {
-    let bank = match bench.law {
-        Law::Chambers if bench.rig.valve.is_some() && bench.rig.cylinder.is_some() => {
-            bank::OF_CHAMBERS
-        }
-        Law::Balance => bank::OF_CARRIAGE,
-        _ => return None,
-    };
+pub fn find(bank: &dyn Bank, bench: &Bench<'_>, models: [&Fitted; 2]) -> Option<NextExperiment> {
     let rivals = Rivals { bench, models };
-    let tried = bank.par_iter().filter_map(|experiment| {
+    let tried = bank.of(bench.law).par_iter().filter_map(|experiment| {
+        let experiment = experiment.as_ref();
         let times = rivals.both_ways(experiment, 0)?;
         Some((experiment, times))
     });
-    let mut tried: Vec<(&Experiment, [f64; 2])> = tried.collect();
+    let mut tried: Vec<(&dyn Experiment, [f64; 2])> = tried.collect();
     let worse = |times: &[f64; 2]| times[0].min(times[1]);
     tried.sort_by(|a, b| worse(&b.1).total_cmp(&worse(&a.1)));
     let mut best: Option<NextExperiment> = None;
@@ -104,7 +133,7 @@ struct Rivals<'a> {
 
 impl Rivals<'_> {
     /// How many times as much the other model leaves, with either as the truth.
-    fn both_ways(&self, experiment: &Experiment, seed: u64) -> Option<[f64; 2]> {
+    fn both_ways(&self, experiment: &dyn Experiment, seed: u64) -> Option<[f64; 2]> {
         Some([
             self.times(experiment, (0, 1), seed)?,
             self.times(experiment, (1, 0), seed)?,
@@ -112,14 +141,14 @@ impl Rivals<'_> {
     }
 
     /// The experiment again and again, with other noise and other sizes of the effect.
-    fn repeated(&self, experiment: &Experiment, times: [f64; 2]) -> NextExperiment {
+    fn repeated(&self, experiment: &dyn Experiment, times: [f64; 2]) -> NextExperiment {
         let repeated: Vec<[f64; 2]> = (1..=REPETITIONS)
             .into_par_iter()
             .filter_map(|seed| self.both_ways(experiment, seed))
             .collect();
         let all = repeated.iter().flatten();
         NextExperiment {
-            text: experiment.text,
+            text: experiment.text(),
             times,
             repetitions: 2 * repeated.len(),
             told: all.filter(|times| **times > 1.0 / PLAIN_RATIO).count(),
@@ -129,7 +158,7 @@ impl Rivals<'_> {
     /// How many times as much the other model leaves of an experiment on the true one.
     fn times(
         &self,
-        experiment: &Experiment,
+        experiment: &dyn Experiment,
         (truth, other): (usize, usize),
         seed: u64,
     ) -> Option<f64> {
@@ -145,12 +174,11 @@ impl Rivals<'_> {
     /// recordings, and how far the model had to go from what those say.
     fn left(
         &self,
-        experiment: &Experiment,
+        experiment: &dyn Experiment,
         model: &Fitted,
         recordings: &[Recording],
     ) -> Option<Vec<f64>> {
-        let set_up = experiment.set_up();
-        let rig = set_up.applied(&self.rig_of(model, 0));
+        let rig = experiment.set_up(&self.rig_of(model, 0));
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let mut bench = Bench::new(self.bench.law, &rig, &tracks);
         let known = |free: &FreeParameter| self.known(free, model, &rig);
@@ -228,46 +256,22 @@ impl Rivals<'_> {
     /// The experiment as the rig of a model would record it.
     fn recorded(
         &self,
-        experiment: &Experiment,
+        experiment: &dyn Experiment,
         model: &Fitted,
         seed: u64,
     ) -> Option<Vec<Recording>> {
-        let rig = experiment.set_up().applied(&self.rig_of(model, seed));
-        let stroke_m = stroke_range_m(&rig)?;
-        let place = Place::within(stroke_m);
+        let rig = experiment.set_up(&self.rig_of(model, seed));
         let step_s = median_step_s(&self.bench.tracks.first()?.recording.time_s);
-        match &experiment.excitation {
-            Excitation::Clamped {
-                places,
-                seconds,
-                command,
-            } => {
-                let command = command(rig.value("valve.null_V")?);
-                let times_s = times(*seconds, step_s);
-                let driven = |share: &f64| {
-                    let at_m = stroke_m[0] + share * (stroke_m[1] - stroke_m[0]);
-                    let position_m = vec![at_m; times_s.len()];
-                    let command_v = times_s.iter().map(|&time| command.at(time)).collect();
-                    self.chambers(&rig, &times_s, position_m, command_v, seed)
-                };
-                places.iter().map(driven).collect()
-            }
-            Excitation::ByHand {
-                seconds,
-                frequencies_hz,
-            } => {
-                let times_s = times(*seconds, step_s);
-                let position_m = times_s
-                    .iter()
-                    .map(|&time| by_hand(time, *seconds, frequencies_hz, place));
-                let position_m = position_m.collect();
-                let command_v = vec![rig.value("valve.null_V")?; times_s.len()];
-                Some(vec![
-                    self.chambers(&rig, &times_s, position_m, command_v, seed)?,
-                ])
-            }
-            Excitation::Tracked { motion, .. } => Some(vec![tracked(&rig, &motion(place), seed)?]),
-        }
+        let recorded = experiment.recorded(&rig, step_s, seed)?;
+        let whole = |one: Recorded| match one {
+            Recorded::Whole(recording) => Some(recording),
+            Recorded::Driven {
+                time_s,
+                position_m,
+                command_v,
+            } => self.chambers(&rig, &time_s, position_m, command_v, seed),
+        };
+        recorded.into_iter().map(whole).collect()
     }
 
     /// What the chambers' sensors would show of a position and a command.
@@ -333,35 +337,6 @@ impl Rivals<'_> {
     }
 }
 
-impl Experiment {
-    fn set_up(&self) -> SetUp {
-        match &self.excitation {
-            Excitation::Tracked { set_up, .. } => *set_up,
-            Excitation::Clamped { .. } | Excitation::ByHand { .. } => SetUp::AS_IT_IS,
-        }
-    }
-}
-
-impl SetUp {
-    /// The rig with the change, as far as it has the numbers.
-    fn applied(self, rig: &Rig) -> Rig {
-        let ambient_pa = rig.ambient_pressure_pa();
-        let sign = if self.is_turned { -1.0 } else { 1.0 };
-        let changed = |key: &str, change: &dyn Fn(f64) -> f64| {
-            rig.value(key).map(|value| (key.to_owned(), change(value)))
-        };
-        let values = [
-            changed("carriage.mass_kg", &|mass_kg| mass_kg + self.payload_kg),
-            changed("carriage.external_force_N", &|force_n| sign * force_n),
-            changed("effects.constant-force.force_N", &|force_n| sign * force_n),
-            changed("supply.pressure_Pa", &|pressure_pa| {
-                ambient_pa + self.supply * (pressure_pa - ambient_pa)
-            }),
-        ];
-        rig.with_values(&values.into_iter().flatten().collect())
-    }
-}
-
 /// Other sizes of an effect, within its deviations and bounds.
 fn draw(
     candidate: &Candidate,
@@ -377,109 +352,5 @@ fn draw(
         let drawn = model.values[place] + deviation * noise.normal();
         let (lower, upper) = (free.parameter.lower, free.parameter.upper);
         values.insert(free.key.clone(), drawn.max(lower).min(upper));
-    }
-}
-
-/// The controller, which knows the rig, moving its load; none where it trips or runs into an
-/// end: an experiment that nobody would get to record.
-fn tracked(rig: &Rig, motion: &Motion, seed: u64) -> Option<Recording> {
-    let mut plant = Plant::new(rig, PlantSettings::at(motion.start_m(), seed)).ok()?;
-    let mut drive = HostController::new(control_task(rig).ok()?);
-    let course = Course::whole(motion.clone(), PlantSettings::TICK_S);
-    let run = run(&mut plant, &mut drive, &course).ok()?;
-    if run.first_fault().is_some() || run.end_stop.is_some() {
-        return None;
-    }
-    let column = |value: fn(&Seen) -> f64| -> Vec<f64> {
-        run.rows
-            .iter()
-            .map(|row| value(&seen(&row.sample.codes)))
-            .collect()
-    };
-    let signals = [
-        ("x", column(|seen| seen.position_m)),
-        ("v", column(|seen| seen.velocity_m_s)),
-        ("p_a", column(|seen| seen.pressure_a_pa)),
-        ("p_b", column(|seen| seen.pressure_b_pa)),
-        (
-            "u",
-            run.rows.iter().map(|row| row.truth.command_v).collect(),
-        ),
-    ];
-    let signals = signals.map(|(name, column)| (name.to_owned(), column));
-    let time_s = run.rows.iter().map(|row| row.truth.time_s).collect();
-    Some(Recording::from_signals("simulated", time_s, signals.into()))
-}
-
-fn times(seconds: f64, step_s: f64) -> Vec<f64> {
-    let rows = (seconds / step_s).round() as usize;
-    (0..=rows).map(|row| row as f64 * step_s).collect()
-}
-
-/// Equal times at each frequency, whole periods or not: a hand does not begin anew.
-fn by_hand(time_s: f64, seconds: f64, frequencies_hz: &[f64], place: Place) -> f64 {
-    let each_s = seconds / frequencies_hz.len() as f64;
-    let turns: f64 = frequencies_hz
-        .iter()
-        .enumerate()
-        .map(|(number, frequency_hz)| {
-            frequency_hz * (time_s - number as f64 * each_s).clamp(0.0, each_s)
-        })
-        .sum();
-    place.middle_m + place.half_stroke_m * libm::sin(std::f64::consts::TAU * turns)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{candidates, drawn, search};
-    use super::*;
-    use truth_plant::{Kind, Strength};
-
-    /// Fits two effects to a case that holds the first, and looks for what tells them apart.
-    fn found(law: Law, (effect, rival): (&str, &str), strength: Strength) -> NextExperiment {
-        let (rig, recordings) = drawn::of_kind(Kind::Single, 5, strength, effect);
-        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let mut bench = Bench::new(law, &rig, &tracks);
-        let baseline = search::baseline(&bench).expect("it is fitted");
-        bench.candidates = candidates::candidates(law, &rig, &tracks, 1.0);
-        let model = |effect: &str| {
-            let mut candidates = bench.candidates.iter();
-            let place = candidates.position(|candidate| candidate.effect == effect);
-            let set = [place.expect("it is tried")];
-            bench.fit(&set, Some(&baseline)).expect("it is fitted")
-        };
-        find(&bench, [&model(effect), &model(rival)]).expect("the axis has a bank")
-    }
-
-    /// A force from outside and a friction that depends on the direction are one as good as the
-    /// other however the axis is moved: only turning the drive tells them apart.
-    #[test]
-    #[ignore = "long: cargo xtask test --all"]
-    fn val_a_force_is_told_from_a_friction_by_turning_the_drive() {
-        let pair = ("constant-force", "direction-dependent-friction");
-        let experiment = found(Law::Balance, pair, Strength::Weak);
-        assert!(
-            experiment.text.contains("turned end for end"),
-            "{experiment:?}"
-        );
-        assert!(experiment.power() > 0.9, "{experiment:?}");
-    }
-
-    #[test]
-    #[ignore = "long: cargo xtask test --all"]
-    fn val_a_delay_is_told_from_a_late_spool_by_what_is_fast() {
-        let pair = ("valve-delay", "spool-dynamics");
-        let experiment = found(Law::Chambers, pair, Strength::Medium);
-        assert!(experiment.text.contains("clamped"), "{experiment:?}");
-        assert!(experiment.power() > 0.9, "{experiment:?}");
-    }
-
-    /// Nothing tells a model from itself.
-    #[test]
-    #[ignore = "long: cargo xtask test --all"]
-    fn prop_a_model_is_not_told_from_itself() {
-        let pair = ("constant-force", "constant-force");
-        let experiment = found(Law::Balance, pair, Strength::Weak);
-        assert_eq!((experiment.told, experiment.times), (0, [1.0, 1.0]));
     }
 }

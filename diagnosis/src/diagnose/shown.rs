@@ -125,7 +125,7 @@ mod tests {
             }
         }
         let nothing = || Ok::<Vec<Recording>, Infallible>(Vec::new());
-        let diagnosis = diagnose(&rig, vec![resting], nothing, &|_| {}).unwrap();
+        let diagnosis = diagnose(&rig, vec![resting], nothing, &(), &|_| {}).unwrap();
         let verdict = diagnosis.verdict;
         let is_silent = matches!(verdict.verdict, Kind::NothingMissing | Kind::NotObservable);
         assert!(is_silent, "{}", verdict.sentence);

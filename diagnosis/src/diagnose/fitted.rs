@@ -5,6 +5,7 @@ use super::candidates::{Candidate, Edge, voids};
 use super::fold_squares::FoldSquares;
 use super::own_noise::Draws;
 use super::search::without;
+use super::sheet::Sheet;
 use super::{noise, proof};
 use crate::fit::compass::{self, Varied};
 pub use crate::fit::law_problem::Columns;
@@ -32,6 +33,8 @@ pub struct Bench<'a> {
     pub noise: Vec<f64>,
     /// To what break-aways are known beside the noise of what is recorded, N.
     pub(super) break_aways_known_to_n: f64,
+    /// How well the rig file kept its word of numbers that other laws determine.
+    pub(super) sheet: Sheet,
     /// What each model's own noise is made of.
     pub(super) draws: Draws,
     /// The groups of rows that cross-validation leaves out in turn.
@@ -124,6 +127,7 @@ impl<'a> Bench<'a> {
             candidates: Vec::new(),
             noise: noise::of_outputs(law, rig, tracks),
             break_aways_known_to_n: balance::BREAKAWAY_NOISE_N,
+            sheet: Sheet::default(),
             draws: Draws::default(),
             folds: Folds::of(&lengths),
             is_long_search: false,
@@ -137,6 +141,7 @@ impl<'a> Bench<'a> {
         self.noise.clone_from(&other.noise);
         self.break_aways_known_to_n = other.break_aways_known_to_n;
         self.draws.clone_from(&other.draws);
+        self.sheet.clone_from(&other.sheet);
     }
 
     /// Mean squares of what a model leaves, in the bench's noise.

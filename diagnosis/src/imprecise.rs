@@ -81,6 +81,14 @@ pub fn with_built_in_priors(rig: &Rig) -> Rig {
     known
 }
 
+/// Whether a number has a prior here.
+pub fn is_built_in(key: &str) -> bool {
+    let stated = STATED.iter().map(|(key, _)| *key);
+    let shape = SHAPE.iter().map(|(key, ..)| *key);
+    let mut all = stated.chain(shape).chain(GAIN_KEYS).chain([EDGE]);
+    all.any(|built_in| built_in == key)
+}
+
 /// Between which openings the areas begin to rise, V.
 pub fn edge_between_v(valve: &Valve) -> Option<(f64, f64)> {
     let table = AreaTable::<f64>::new(&valve.opening_v, &valve.supply_area_m2);
@@ -91,7 +99,7 @@ pub fn edge_between_v(valve: &Valve) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
-    const PAPER: &str = include_str!("../rigs/paper.toml");
+    const PAPER: &str = include_str!("../../host-sim/rigs/paper.toml");
 
     #[test]
     fn prop_what_a_rig_states_stays_and_what_it_does_not_is_free_about_the_published_law() {

@@ -7,7 +7,8 @@
 //! effect is put into the model with the numbers back where the rig file has them; the one that
 //! keeps them there and explains the recordings as well is named, with those that do the same as
 //! its rivals. Models are compared by what they leave, each independent row counted once, and by
-//! how far they are from what the rig file states (the posterior's maximum).
+//! how far they are from what the rig file states (the posterior's maximum), the rig file's numbers
+//! as a whole being what they are ([`super::sheet`]).
 
 use super::fitted::{Bench, Fitted, correlation_length};
 use super::search::{Evidence, Outcome, with};
@@ -41,7 +42,8 @@ const WRONG_NUMBER: f64 = 25.0;
 const MOST_CERTAIN: f64 = 0.95;
 
 /// How many of its deviations a number lies from what the rig states: of the one stated, the
-/// same of the number found, and the one it is found with, the largest counts.
+/// same of the number found, and the one it is found with, the largest counts. How many times
+/// larger than stated deviations are as a rule is for the caller to count in.
 pub(super) fn deviations(rig: &Rig, key: &str, found: f64, known_to: Option<f64>) -> Option<f64> {
     let given = rig.value(key)?;
     let stated = rig.uncertainty_sd(key)?;
@@ -142,10 +144,24 @@ fn far_off(bench: &Bench<'_>, model: &Fitted) -> Vec<(f64, String)> {
     let off = |key: &String| deviations_in(bench, model, key);
     let ordinary = bench.ordinary.iter().map(|free| &free.key);
     let bound = ordinary.filter(|key| !bench.is_void(&model.set, key));
-    let keys = bound.map(|key| (off(key), key.clone()));
+    let scale = scale(bench, model);
+    let keys = bound.map(|key| (off(key) / scale, key.clone()));
     let mut keys: Vec<(f64, String)> = keys.filter(|(off, _)| *off > STRAYED).collect();
     keys.sort_by(|a, b| b.0.total_cmp(&a.0));
     keys
+}
+
+/// How many times larger than stated the deviations of the rig file are.
+fn scale(bench: &Bench<'_>, model: &Fitted) -> f64 {
+    let mut sheet = bench.sheet.clone();
+    let ordinary = bench.ordinary.iter().map(|free| &free.key);
+    for key in ordinary.filter(|key| !bench.is_void(&model.set, key)) {
+        if let Some(place) = model.place(key) {
+            let known_to = model.standard_deviations[place];
+            sheet.take_up(bench.rig, key, model.values[place], known_to);
+        }
+    }
+    sheet.scale()
 }
 
 /// A model that explains the recordings, and its numbers that are far off.
@@ -154,6 +170,8 @@ struct Strayed<'a> {
     model: &'a Fitted,
     /// The farthest first.
     keys: Vec<(f64, String)>,
+    /// How many times larger than stated deviations are.
+    scale: f64,
     /// Rows of each output that count as independent.
     independent: f64,
 }
@@ -174,6 +192,7 @@ impl<'a> Strayed<'a> {
             bench,
             model,
             keys: far_off(bench, model),
+            scale: scale(bench, model),
             independent: bench.rows() as f64 / correlation_length(&bench.residuals_of(model)),
         }
     }
@@ -188,7 +207,8 @@ impl<'a> Strayed<'a> {
             .zip(left)
             .map(|(square, left)| square / left)
             .sum();
-        0.5 * (self.independent * misfit + self.bench.contradiction(model))
+        let contradiction = self.bench.contradiction(model) / self.scale.powi(2);
+        0.5 * (self.independent * misfit + contradiction)
     }
 
     /// The effects that leave that number where the rig has it, best first.
@@ -282,7 +302,7 @@ impl<'a> Strayed<'a> {
 
     /// Whether the number that was farthest off is back, and none has gone instead.
     fn is_back(&self, model: &Fitted) -> bool {
-        let off = |key: &String| deviations_in(self.bench, model, key);
+        let off = |key: &String| deviations_in(self.bench, model, key) / self.scale;
         let had_strayed = |key: &String| self.keys.iter().any(|(_, strayed)| strayed == key);
         let mut ordinary = self.bench.ordinary.iter().map(|free| &free.key);
         self.keys.first().is_some_and(|(_, key)| off(key) < BACK)
@@ -338,19 +358,22 @@ fn probability(deviations: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::drawn;
+    use super::super::sheet::Sheet;
     use super::*;
     use crate::laws::{Law, Track};
     use truth_plant::{Kind, Request, Strength};
 
     /// What is named when a healthy rig's file lacks such a part of its first number, and as much
-    /// of the others, with the effect's size over what it lacks; `None` where nothing is named.
+    /// of the others, with the effect's size over what it lacks; `None` where nothing is named. The
+    /// numbers of another law came out as stated.
     fn named(law: Law, keys: &[&str], lacking: f64) -> Option<(&'static str, f64)> {
         let (rig, recordings) = drawn::read(&Request::new(1, Kind::Nothing));
         let lacks = lacking * rig.value(keys[0]).unwrap();
         let less = |key: &&str| ((*key).to_owned(), rig.value(key).unwrap() - lacks);
         let rig = rig.with_values(&keys.iter().map(less).collect());
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-        let (bench, baseline) = drawn::searched(law, &rig, &tracks);
+        let (mut bench, baseline) = drawn::searched(law, &rig, &tracks);
+        bench.sheet = Sheet::that_keeps_its_word();
         let outcome = explained(&bench, Outcome::nothing(&baseline), &|_| ());
         let evidence = outcome.evidence.iter().find(|one| one.accepted)?;
         assert!(evidence.probability > 0.9 && outcome.rivals.is_empty());

@@ -16,7 +16,7 @@ const NEAR_END: [f64; 2] = [0.05, 0.95];
 const MIDDLE: [f64; 1] = [0.5];
 
 /// What is recorded.
-pub(super) struct Experiment {
+pub(super) struct Procedure {
     /// For people: a sentence without its full stop.
     pub text: &'static str,
     pub excitation: Excitation,
@@ -80,8 +80,8 @@ impl SetUp {
 }
 
 /// What can be recorded of the chambers.
-pub(super) const OF_CHAMBERS: &[Experiment] = &[
-    Experiment {
+pub(super) const OF_CHAMBERS: &[Procedure] = &[
+    Procedure {
         text: "Bursts of the command of 0.5, 1.5 and 3 V for 0.1 s both ways with half a second between them, the piston clamped near each end of the stroke",
         excitation: Excitation::Clamped {
             places: &NEAR_END,
@@ -89,7 +89,7 @@ pub(super) const OF_CHAMBERS: &[Experiment] = &[
             command: |null_v| pulses(null_v, &[0.5, 1.5, 3.0], 0.1, 0.6),
         },
     },
-    Experiment {
+    Procedure {
         text: "A chirp of the command from 5 to 100 Hz in 3 s at 0.5 V and again at 2 V, the piston clamped near one end of the stroke",
         excitation: Excitation::Clamped {
             places: &[0.05],
@@ -99,7 +99,7 @@ pub(super) const OF_CHAMBERS: &[Experiment] = &[
             },
         },
     },
-    Experiment {
+    Procedure {
         text: "Steps of the command of 0.5, 1, 2 and 4 V for 0.3 s both ways with as long a rest, the piston clamped in the middle of the stroke",
         excitation: Excitation::Clamped {
             places: &MIDDLE,
@@ -107,7 +107,7 @@ pub(super) const OF_CHAMBERS: &[Experiment] = &[
             command: |null_v| pulses(null_v, &[0.5, 1.0, 2.0, 4.0], 0.3, 0.6),
         },
     },
-    Experiment {
+    Procedure {
         text: "A triangle of the command of 1 V through the null in 8 s, then ten in 8 s, the piston clamped in the middle of the stroke",
         excitation: Excitation::Clamped {
             places: &MIDDLE,
@@ -121,7 +121,7 @@ pub(super) const OF_CHAMBERS: &[Experiment] = &[
             },
         },
     },
-    Experiment {
+    Procedure {
         text: "Filled for half a second either way at 0.6, 1.2 and 2.5 V, each with 3 s of rest, the piston clamped in the middle of the stroke",
         excitation: Excitation::Clamped {
             places: &MIDDLE,
@@ -129,7 +129,7 @@ pub(super) const OF_CHAMBERS: &[Experiment] = &[
             command: |null_v| pulses(null_v, &[0.6, 1.2, 2.5], 0.5, 3.5),
         },
     },
-    Experiment {
+    Procedure {
         text: "Filled to the full and exhausted to the full (4 V for 2 s) either way, each with 4 s of rest, the piston clamped near each end of the stroke",
         excitation: Excitation::Clamped {
             places: &NEAR_END,
@@ -137,7 +137,7 @@ pub(super) const OF_CHAMBERS: &[Experiment] = &[
             command: |null_v| pulses(null_v, &[4.0], 2.0, 6.0),
         },
     },
-    Experiment {
+    Procedure {
         text: "The carriage moved to and fro by hand, 4 s slowly (0.25 Hz) and 4 s fast (1.5 Hz), the valve at its null",
         excitation: Excitation::ByHand {
             seconds: 8.0,
@@ -147,15 +147,15 @@ pub(super) const OF_CHAMBERS: &[Experiment] = &[
 ];
 
 /// What can be recorded of the carriage.
-pub(super) const OF_CARRIAGE: &[Experiment] = &[
-    Experiment {
+pub(super) const OF_CARRIAGE: &[Procedure] = &[
+    Procedure {
         text: "Strokes both ways at a peak speed of 50, 150 and 500 mm/s",
         excitation: Excitation::Tracked {
             motion: strokes,
             set_up: SetUp::AS_IT_IS,
         },
     },
-    Experiment {
+    Procedure {
         text: "The same strokes both ways at a peak speed of 50, 150 and 500 mm/s with the drive turned end for end",
         excitation: Excitation::Tracked {
             motion: strokes,
@@ -165,7 +165,7 @@ pub(super) const OF_CARRIAGE: &[Experiment] = &[
             },
         },
     },
-    Experiment {
+    Procedure {
         text: "Strokes both ways at a peak speed of 50, 150 and 500 mm/s with the supply turned down to 60 % of its pressure above the surroundings'",
         excitation: Excitation::Tracked {
             motion: strokes,
@@ -175,7 +175,7 @@ pub(super) const OF_CARRIAGE: &[Experiment] = &[
             },
         },
     },
-    Experiment {
+    Procedure {
         text: "Sharp reversals: a sine of 40 mm at 1.5 Hz for 8 s with 5 kg on the carriage",
         excitation: Excitation::Tracked {
             motion: |place| {
@@ -188,7 +188,7 @@ pub(super) const OF_CARRIAGE: &[Experiment] = &[
             },
         },
     },
-    Experiment {
+    Procedure {
         text: "A ladder of rests of 0.1, 0.3, 1, 3 and 10 s, each ended by a move of 10 mm",
         excitation: Excitation::Tracked {
             motion: |place| {
@@ -203,7 +203,7 @@ pub(super) const OF_CARRIAGE: &[Experiment] = &[
             set_up: SetUp::AS_IT_IS,
         },
     },
-    Experiment {
+    Procedure {
         text: "Slow swings through rest: a sine of 10 mm at 0.25 Hz for 16 s",
         excitation: Excitation::Tracked {
             motion: |place| {

@@ -1,0 +1,17 @@
+//! What recordings say of a model of an axis: are they sound ([`inspect`]), how far is the model
+//! off ([`compare`]), which numbers fit best ([`identify`]), and what physics is missing
+//! ([`mod@diagnose`]).
+//!
+//! It knows rigs, recordings and laws (`grey_box`), and neither files of results nor a simulated
+//! axis: what an experiment would record is asked of a bank
+//! ([`diagnose::next_experiment::Bank`]).
+
+pub mod compare;
+pub mod diagnose;
+pub mod identify;
+pub mod imprecise;
+pub mod inspect;
+
+use grey_box::{
+    effects, fit, gauge, laws, model, random, recording, recording_set, rig, signals, text,
+};
