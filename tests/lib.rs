@@ -41,7 +41,16 @@ pub fn recordings(folder: &str) -> Option<PathBuf> {
 /// # Panics
 /// If they cannot be read.
 pub fn diagnosed(folder: &Path) -> Diagnosis {
-    let rig = Rig::read(folder.join("rig.toml")).expect("a rig");
+    diagnosed_with(folder, |_| ())
+}
+
+/// The same with a rig file that states something else.
+///
+/// # Panics
+/// If they cannot be read.
+pub fn diagnosed_with(folder: &Path, restate: impl FnOnce(&mut Rig)) -> Diagnosis {
+    let mut rig = Rig::read(folder.join("rig.toml")).expect("a rig");
+    restate(&mut rig);
     let read = |begin: &str| -> Vec<Recording> {
         let files = practice::recordings(folder, begin).expect("recordings");
         let read = |file: &PathBuf| Recording::read(file, &rig.signals).expect("a recording");

@@ -128,7 +128,7 @@ pub const EFFECTS: &[Effect] = &[
         what: "Gas past the piston seal, through a gap, a hole, or both.",
         parameters: &[
             parameter("laminar_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0, "conductance of the gap: mass flow over the difference of the squared pressures", "5e-17 to 5e-16"),
-            parameter("orifice_m2", "m2", 0.0, 0.0, "area of the hole", "1e-9 to 1e-7"),
+            parameter("orifice_m2", "m2", 0.0, 0.0, "area of the hole; in a rig without [valve] the effective one, times the discharge coefficient", "1e-9 to 1e-7"),
         ],
     },
     Effect {
@@ -137,8 +137,8 @@ pub const EFFECTS: &[Effect] = &[
         parameters: &[
             parameter("laminar_a_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0, "conductance of the gap of chamber A", "5e-17 to 5e-16"),
             parameter("laminar_b_kg_s_Pa2", "kg/(s Pa2)", 0.0, 0.0, "conductance of the gap of chamber B", "5e-17 to 5e-16"),
-            parameter("orifice_a_m2", "m2", 0.0, 0.0, "area of the hole of chamber A", "1e-9 to 1e-7"),
-            parameter("orifice_b_m2", "m2", 0.0, 0.0, "area of the hole of chamber B", "1e-9 to 1e-7"),
+            parameter("orifice_a_m2", "m2", 0.0, 0.0, "area of the hole of chamber A; in a rig without [valve] the effective one, times the discharge coefficient", "1e-9 to 1e-7"),
+            parameter("orifice_b_m2", "m2", 0.0, 0.0, "area of the hole of chamber B; in a rig without [valve] the effective one, times the discharge coefficient", "1e-9 to 1e-7"),
             // Time of the recording at which the leak opens.
             parameter("onset_s", "s", f64::NEG_INFINITY, f64::MIN, "time of the recording at which the leak opens", "-inf: always open"),
         ],

@@ -407,7 +407,21 @@ impl<R: Real> Values<'_, R> {
     pub fn leak(&self, side: Side) -> ChamberLeakage<R> {
         ChamberLeakage {
             laminar_kg_per_s_pa2: self.side_effect("chamber-leakage", "laminar_{}_kg_s_Pa2", side),
-            orifice_area_m2: self.side_effect("chamber-leakage", "orifice_{}_m2", side),
+            orifice_area_m2: self.leak_area_m2(self.side_effect(
+                "chamber-leakage",
+                "orifice_{}_m2",
+                side,
+            )),
+        }
+    }
+
+    /// The area of a leak's hole. Where a rig has no valve it says nothing of a discharge, and its
+    /// areas are effective ones, as ISO 6358 and everyone who empties a tank has them.
+    fn leak_area_m2(&self, stated_m2: R) -> R {
+        if self.rig.valve.is_some() {
+            stated_m2
+        } else {
+            stated_m2 / self.flow_law().choked_discharge()
         }
     }
 
@@ -415,7 +429,7 @@ impl<R: Real> Values<'_, R> {
     pub fn piston_leak(&self) -> PistonLeakage<R> {
         PistonLeakage {
             laminar_kg_per_s_pa2: self.effect("piston-leakage", "laminar_kg_s_Pa2", 0.0),
-            orifice_area_m2: self.effect("piston-leakage", "orifice_m2", 0.0),
+            orifice_area_m2: self.leak_area_m2(self.effect("piston-leakage", "orifice_m2", 0.0)),
         }
     }
 

@@ -9,6 +9,7 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
+use host_sim::rig::Rig;
 use xtask::practice::Truth;
 
 /// Verdict, effects, places and sizes are the true ones. The remarks beside them.
@@ -94,4 +95,57 @@ fn val_p11_lacks_nothing() {
 #[ignore = "long: cargo xtask test --all"]
 fn val_p12_lacks_stiction_that_grows_at_rest() {
     is_understood("p12");
+}
+
+/// What a data sheet is off by: every noise halved and doubled, every deviation a third and three
+/// times as large.
+const RESTATED: [(&str, fn(&mut Rig)); 4] = [
+    ("half the noise", |rig| restate_noise(rig, 0.5)),
+    ("twice the noise", |rig| restate_noise(rig, 2.0)),
+    ("a third of the deviations", |rig| {
+        restate_deviations(rig, 1.0 / 3.0)
+    }),
+    ("three times the deviations", |rig| {
+        restate_deviations(rig, 3.0)
+    }),
+];
+
+fn restate_noise(rig: &mut Rig, times: f64) {
+    for signal in rig.signals.by_name.values_mut() {
+        signal.noise = signal.noise.map(|noise| times * noise);
+    }
+}
+
+fn restate_deviations(rig: &mut Rig, times: f64) {
+    rig.uncertainty.values_mut().for_each(|one| *one *= times);
+}
+
+/// What is named with a data sheet off by factors, where it is not what is there.
+fn misled_by_the_sheet(axis: &str) -> Vec<String> {
+    let Some(folder) = tests::recordings(&format!("practice/{axis}")) else {
+        return Vec::new();
+    };
+    let truth = Truth::read(&folder).unwrap();
+    let misled = |(what, restate): &(&str, fn(&mut Rig))| {
+        let verdict = tests::diagnosed_with(&folder, restate).verdict;
+        println!("{axis}, {what}: {}", verdict.sentence);
+        let verdict = serde_json::to_value(&verdict).unwrap();
+        let objections = truth.objections_to_names(&verdict);
+        let says = format!("{axis}, {what}: {}", objections.join("; "));
+        (!objections.is_empty()).then_some(says)
+    };
+    RESTATED.iter().filter_map(misled).collect()
+}
+
+#[test]
+fn val_no_factor_of_a_data_sheet_makes_p01_sick() {
+    assert_eq!(misled_by_the_sheet("p01"), Vec::<String>::new());
+}
+
+#[test]
+#[ignore = "long: cargo xtask test --all"]
+fn val_no_factor_of_a_data_sheet_makes_a_verdict() {
+    let axes = (2..=12).map(|number| format!("p{number:02}"));
+    let misled: Vec<String> = axes.flat_map(|axis| misled_by_the_sheet(&axis)).collect();
+    assert_eq!(misled, Vec::<String>::new());
 }

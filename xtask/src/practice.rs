@@ -90,6 +90,17 @@ impl Truth {
 
     /// What is wrong with a verdict: nothing, or what it should have said.
     pub fn objections(&self, verdict: &Value) -> Vec<String> {
+        let mut all = self.objections_to_names(verdict);
+        let wrong = self
+            .found(verdict)
+            .into_iter()
+            .filter(|one| !one.is_right());
+        all.extend(wrong.map(|one| format!("{one:?}")));
+        all
+    }
+
+    /// The same of what is named and where, whatever its size.
+    pub fn objections_to_names(&self, verdict: &Value) -> Vec<String> {
         let mut all = Vec::new();
         let kind = if self.effects.is_empty() {
             "nothing-missing"
@@ -103,11 +114,6 @@ impl Truth {
         if named != self.effects {
             all.push(format!("named {named:?}, not {:?}", self.effects));
         }
-        let wrong = self
-            .found(verdict)
-            .into_iter()
-            .filter(|one| !one.is_right());
-        all.extend(wrong.map(|one| format!("{one:?}")));
         all
     }
 

@@ -446,6 +446,7 @@ pub fn diagnose<E>(
     notes.extend(remarks::too_sure(rig, &laws));
     notes.extend(remarks::stood_in(rig, &laws));
     notes.extend(remarks::strayed(rig, &laws, &verdict.parameters));
+    notes.extend(remarks::assumed_curve(rig, &laws));
     notes.extend(remarks::unjudged(rig, &laws));
     verdict.notes.extend(notes);
     Ok(Diagnosis {

@@ -4,7 +4,7 @@ use super::candidates::voids;
 use super::sheet::Sheet;
 use super::strayed::{STRAYED, deviations};
 use super::verdict::Parameter;
-use super::{LawDiagnosis, words};
+use super::{LawDiagnosis, assemble, words};
 use crate::imprecise;
 use crate::inspect::Doubt;
 use crate::laws::Law;
@@ -112,6 +112,17 @@ fn stated(rig: &Rig, key: &str, found: f64) -> String {
 pub(super) fn unrefitted(rig: &Rig) -> Option<String> {
     let note = "the rig file has no [uncertainty]: no parameter was refitted, so a wrong nameplate value appears as missing physics";
     rig.uncertainty.is_empty().then(|| note.to_owned())
+}
+
+/// Where a data sheet states one flow, the areas over the opening are assumed, and no misfit of the
+/// chambers is beyond them.
+pub(super) fn assumed_curve(rig: &Rig, laws: &[LawDiagnosis]) -> Option<String> {
+    let is_assumed = (rig.valve.as_ref()).is_some_and(|valve| valve.stated_flow.is_some());
+    let mut chambers = laws.iter().filter(|law| law.law == Law::Chambers);
+    let is_missed = chambers.any(assemble::is_unexplained);
+    (is_assumed && is_missed).then(|| {
+        "the areas of the valve over its opening are assumed, from one flow of the data sheet: the misfit of the chambers may be that of the assumed curve; measure the flow at 8 or more openings and give [valve] a table".to_owned()
+    })
 }
 
 /// Of what the rig describes, what these signals say nothing of.

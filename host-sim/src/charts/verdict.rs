@@ -212,10 +212,15 @@ fn fit_of(diagnosis: &Diagnosis, output: &Output, error: Option<f64>) -> Option<
     fit_percent(error?, spread, noise)
 }
 
-/// The signal that the refitted model misses most beside its noise, where that is; of
-/// recordings that drive no law, what was recorded.
+/// Where an effect is named, the signal that it brings nearest; else the one that the refitted
+/// model misses most beside its noise, where that is; of recordings that drive no law, what was
+/// recorded.
 fn first_plot(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
     let recordings = judged_by(diagnosis);
+    let verdict = &diagnosis.verdict;
+    let outputs = diagnosis.outputs();
+    let gains = outputs.iter().map(|output| gain(verdict, output));
+    let shows_gain = is_named(verdict) && gains.fold(0.0, f64::max) > LEAST_GAIN;
     let worst = diagnosis.laws.iter().flat_map(|law| {
         let residuals = residuals(
             rig,
@@ -224,10 +229,16 @@ fn first_plot(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
             recordings,
         );
         let places = residuals.iter().zip(&law.floor).enumerate();
-        let over_noise = |(place, (columns, floor)): (usize, (&Vec<Vec<f64>>, &f64))| {
-            (law, place, rms(columns) / floor.max(f64::MIN_POSITIVE))
+        let outputs = law.law.outputs(rig);
+        let telling = |(place, (columns, floor)): (usize, (&Vec<Vec<f64>>, &f64))| {
+            let telling = if shows_gain {
+                gain(verdict, &outputs[place])
+            } else {
+                rms(columns) / floor.max(f64::MIN_POSITIVE)
+            };
+            (law, place, telling)
         };
-        places.map(over_noise).collect::<Vec<_>>()
+        places.map(telling).collect::<Vec<_>>()
     });
     let finite = worst.filter(|(_, _, over)| over.is_finite());
     let Some((law, place, _)) = finite.max_by(|a, b| a.2.total_cmp(&b.2)) else {

@@ -131,6 +131,13 @@ impl<R: Real> FlowLaw<R> {
         constant + ratio * (self.discharge_slope + ratio * quadratic)
     }
 
+    /// Cd where the flow chokes, at r = b.
+    pub fn choked_discharge(&self) -> R {
+        let [constant, quadratic] = [DISCHARGE, DISCHARGE_CURVATURE].map(R::from_f64);
+        let ratio = self.critical_pressure_ratio;
+        constant + ratio * (self.discharge_slope + ratio * quadratic)
+    }
+
     /// Cd(r) psi(r) / sqrt(T) and its derivative by r.
     #[inline]
     fn shape(&self, ratio: R, upstream_k: R) -> (R, R) {
