@@ -167,9 +167,11 @@ pub const DESCRIPTIONS: [Description; 20] = [
     Description {
         fault: Fault::TaskOverrun,
         name: "task overrun",
-        seen: "the board: the next tick began before the control task had ended",
-        detail: "0",
-        remedy: "lower the tick rate; report it: the cost of a tick has a known bound",
+        seen: "the board: the next tick began before the control task had ended, or no tick \
+               came for 10 ms; the valve's switch goes to the middle",
+        detail: "0 too long, 1 no tick",
+        remedy: "0: lower the tick rate; report it: the cost of a tick has a known bound; 1: the \
+                 converters had stopped, look for interference",
     },
     Description {
         fault: Fault::StaleReference,
@@ -213,7 +215,8 @@ pub const DESCRIPTIONS: [Description; 20] = [
         fault: Fault::DacMismatch,
         name: "DAC write-back mismatch",
         seen: "the board: the converter's output register does not hold what was written, or the \
-               voltage behind the amplifier is another",
+               voltage behind the amplifier is another, also before the valve is switched on; \
+               the valve's switch goes to the middle",
         detail: "0 register, 1 voltage",
         remedy: "check the amplifier's supply and the valve's wire for a short; replace the board \
                  if it comes again",
@@ -245,7 +248,8 @@ pub const DESCRIPTIONS: [Description; 20] = [
     Description {
         fault: Fault::NotANumber,
         name: "not a number",
-        seen: "the controller's command or estimate is not finite",
+        seen: "the controller's command or estimate is not finite; the valve's switch goes to \
+               the middle",
         detail: "0",
         remedy: "report it with the recording; acknowledging begins with a new observer",
     },
@@ -295,6 +299,12 @@ impl Fault {
             self,
             Self::SettingsDamaged | Self::SettingsImpossible | Self::ClockFailed
         )
+    }
+
+    /// Whether the command itself, or what puts it out, cannot be trusted: a board with a switch
+    /// before its valve then takes the valve from the converter.
+    pub fn is_of_output(self) -> bool {
+        matches!(self, Self::TaskOverrun | Self::DacMismatch | Self::NotANumber)
     }
 
     /// A finding of this fault.

@@ -42,7 +42,8 @@ pub use kept::{keep, take_kept};
 
 /// Converters and valve.
 pub trait Axis {
-    /// The ticks begin: the start's last act, some of which take their time.
+    /// The start's last act: whatever takes its time is over. The valve is given to its
+    /// converter, if that and what is behind it are at the middle, and the ticks begin.
     fn begin(&mut self);
     /// Acknowledges the tick and takes its sample. `streamed` is the latest that
     /// came over the serial line: all of it where a plant is behind the line,
@@ -53,12 +54,14 @@ pub trait Axis {
     fn finding(&mut self) -> Option<Finding>;
     /// Writes the valve's converter.
     fn write_valve(&mut self, code: DacCode);
+    /// Gives the valve to the converter, or to the hardware, which holds its middle.
+    fn switch_valve(&mut self, is_joined: bool);
 }
 
 /// Counts what a piece of code costs.
 pub trait Stopwatch {
     /// Counts in a second.
-    const COUNTS_PER_S: u32;
+    fn counts_per_s(&self) -> u32;
     /// Begins to count.
     fn start(&mut self);
     /// Counts since the start; at most those of a second need to be right.
@@ -133,6 +136,8 @@ pub trait Board: Sized {
     fn sample_streamed();
     /// The plant has ended the run.
     fn run_ended();
+    /// Takes the valve from the converter at once, whoever runs; the hardware holds its middle.
+    fn isolate_valve();
     /// Nothing can be trusted any more; the cause is kept. Starts anew, or ends.
     fn give_up() -> !;
     /// The most bytes that the stack has held; 0 where nothing watches it.

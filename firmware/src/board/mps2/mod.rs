@@ -53,6 +53,8 @@ impl Board for Mps2 {
         debug::exit(debug::EXIT_SUCCESS);
     }
 
+    fn isolate_valve() {}
+
     fn give_up() -> ! {
         debug::exit(debug::EXIT_FAILURE);
         loop {
@@ -87,6 +89,9 @@ impl Axis for PlantAxis {
     fn write_valve(&mut self, code: DacCode) {
         self.valve = code;
     }
+
+    /// The plant has no switch: it goes by the command.
+    fn switch_valve(&mut self, _: bool) {}
 }
 
 /// The supervisor's rhythm: by ticks, since time here runs on while the plant
@@ -102,7 +107,9 @@ pub struct SysTick(SYST);
 const FROM: u32 = 0x00FF_FFFF;
 
 impl Stopwatch for SysTick {
-    const COUNTS_PER_S: u32 = 25_000_000;
+    fn counts_per_s(&self) -> u32 {
+        25_000_000
+    }
 
     fn start(&mut self) {
         self.0.set_clock_source(SystClkSource::Core);

@@ -10,10 +10,15 @@
 //! Figures, to be checked against the sheets, which were not at hand: the chip's
 //! reference manual RM0090 on wait states, voltage scale and clocks; its data
 //! sheet DS8626 on start-up times.
+//!
+//! A unit's clock is switched on by the HAL's `Enable` everywhere on this board: it ends with a
+//! barrier, without which the first writes to the unit may be lost (errata ES0182, "Delay after
+//! an RCC peripheral clock enabling").
 
 use stm32f4xx_hal::pac::rcc::cfgr::{PPRE1, SW};
 use stm32f4xx_hal::pac::rcc::pllcfgr::{PLLP, PLLSRC};
 use stm32f4xx_hal::pac::{FLASH, PWR, RCC};
+use stm32f4xx_hal::rcc::Enable;
 
 /// The internal oscillator, on which the chip leaves reset.
 const INTERNAL_HZ: u32 = 16_000_000;
@@ -53,7 +58,7 @@ pub struct Clocks {
 
 /// Starts the clocks; in any case returns within half a second, a time for which
 /// the watchdog must be told to wait.
-pub fn start(rcc: &RCC, flash: &FLASH, power: &PWR) -> Clocks {
+pub fn start(rcc: &mut RCC, flash: &FLASH, power: &PWR) -> Clocks {
     let fault = start_crystal(rcc)
         .and_then(|()| start_pll(rcc, power))
         .and_then(|()| change_over(rcc, flash))
@@ -89,8 +94,8 @@ fn start_crystal(rcc: &RCC) -> Result<(), ClockFault> {
     Ok(())
 }
 
-fn start_pll(rcc: &RCC, power: &PWR) -> Result<(), ClockFault> {
-    rcc.apb1enr().modify(|_, w| w.pwren().set_bit());
+fn start_pll(rcc: &mut RCC, power: &PWR) -> Result<(), ClockFault> {
+    PWR::enable(rcc);
     // Scale 1, the only one for more than 144 MHz.
     power.cr().modify(|_, w| w.vos().set_bit());
     rcc.pllcfgr().write(|w| {

@@ -17,6 +17,7 @@ use stm32f4xx_hal::pac::adc1::cr2::{EXTEN, EXTSEL};
 use stm32f4xx_hal::pac::adc1::smpr2::SMP10;
 use stm32f4xx_hal::pac::tim2::cr2::MMS;
 use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, ADC2, DMA2, RCC, TIM2};
+use stm32f4xx_hal::rcc::Enable;
 
 /// ADC1's inputs, PA0 to PA3, in the order of [`Conversions`].
 const CHANNELS: [u8; 4] = [0, 1, 2, 3];
@@ -63,15 +64,15 @@ impl Converters {
     /// Sets everything up; the ticks begin with [`start`](Self::start). Clocks of
     /// the units are switched on here, the pins already are analogue.
     pub fn new(
-        rcc: &RCC,
+        rcc: &mut RCC,
         (timer, dma): (TIM2, DMA2),
         (sensors, valve): (ADC1, ADC2),
         common: &ADC_COMMON,
     ) -> Self {
-        rcc.apb1enr().modify(|_, w| w.tim2en().set_bit());
-        rcc.ahb1enr().modify(|_, w| w.dma2en().set_bit());
-        rcc.apb2enr()
-            .modify(|_, w| w.adc1en().set_bit().adc2en().set_bit());
+        TIM2::enable(rcc);
+        DMA2::enable(rcc);
+        ADC1::enable(rcc);
+        ADC2::enable(rcc);
         common.ccr().modify(|_, w| w.adcpre().variant(ADCPRE::Div4));
         let converters = Self {
             timer,
@@ -137,8 +138,8 @@ impl Converters {
     /// until both sides are armed again.
     pub fn arm(&mut self) {
         let (adc, stream) = (&self.sensors, self.dma.st(0));
-        adc.cr2()
-            .modify(|_, w| w.dma().clear_bit().exten().disabled());
+        // Off, which ends a scan that is under way: what is left of it would shift the channels.
+        adc.cr2().write(|w| w);
         adc.sr().modify(|_, w| w.ovr().clear_bit());
         stream.cr().modify(|_, w| w.en().clear_bit());
         // The stream may finish one transfer first: two cycles of the AHB.
@@ -173,12 +174,14 @@ impl Converters {
         });
     }
 
-    /// The tick's conversions, acknowledged: means of four rounds, or failed if
-    /// ADC or DMA report an error; then they are armed again.
+    /// The tick's conversions, acknowledged: means of four rounds. They have failed if ADC or
+    /// DMA report an error, or if somebody calls without their being complete; then they are
+    /// armed again.
     pub fn take(&mut self) -> Conversions {
         let flags = self.dma.lisr().read();
         let has_failed = flags.teif0().bit_is_set()
             || flags.dmeif0().bit_is_set()
+            || flags.tcif0().bit_is_clear()
             || self.sensors.sr().read().ovr().bit_is_set();
         if has_failed {
             self.arm();
@@ -194,6 +197,12 @@ impl Converters {
         }
     }
 
+    /// Whether every rank of a scan that has ended is where it belongs: the stream then stands
+    /// at its beginning. To be asked between scans.
+    pub fn is_aligned(&self) -> bool {
+        usize::from(self.dma.st(0).ndtr().read().ndt().bits()) == RANKS
+    }
+
     /// Whether the next tick's conversions are complete.
     pub fn is_complete(&self) -> bool {
         self.dma.lisr().read().tcif0().bit_is_set()
@@ -205,7 +214,8 @@ impl Converters {
         self.valve.cr2().modify(|_, w| w.swstart().set_bit());
     }
 
-    /// The valve's voltage, 2 us after it was started; `None` if it is not there.
+    /// The valve's voltage, measured at [`measure_valve`](Self::measure_valve), 2 us of which
+    /// must have passed; `None` if it is not there.
     pub fn valve_voltage(&mut self) -> Option<AdcCode> {
         let is_there = self.valve.sr().read().eoc().bit_is_set();
         let steps = self.valve.dr().read().data().bits() & 0x0FFF;

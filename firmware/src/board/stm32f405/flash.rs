@@ -34,16 +34,23 @@ impl Flash {
         Self { registers }
     }
 
-    /// Does `work` with the control register unlocked.
+    /// Does `work` with the control register unlocked, and locks it whatever comes.
     fn unlocked(
         &self,
         work: impl FnOnce() -> Result<(), StorageFault>,
     ) -> Result<(), StorageFault> {
+        // An error of earlier, of whoever it was, is none of this work.
+        let _earlier = self.wait();
         for key in KEYS {
             self.registers.keyr().write(|w| w.key().set(key));
         }
-        self.wait()?;
-        let result = work();
+        // A key out of turn locks the register until the next reset.
+        let is_unlocked = self.registers.cr().read().lock().bit_is_clear();
+        let result = if is_unlocked {
+            work()
+        } else {
+            Err(StorageFault)
+        };
         self.registers.cr().write(|w| w.lock().set_bit());
         result
     }
@@ -69,12 +76,15 @@ impl Flash {
     }
 
     fn erase_sector(&self, sector: u8) -> Result<(), StorageFault> {
+        // Chosen first, started then: RM0090, sector erase. A write begins from the value of
+        // reset, in which LOCK is set.
         self.registers.cr().write(|w| {
+            w.lock().clear_bit();
             w.psize().variant(PSIZE::Psize32).ser().set_bit();
             // SAFETY: the caller's sectors hold settings only.
-            unsafe { w.snb().bits(sector) };
-            w.strt().set_bit()
+            unsafe { w.snb().bits(sector) }
         });
+        self.registers.cr().modify(|_, w| w.strt().set_bit());
         let result = self.wait();
         self.forget_cached();
         result
@@ -123,9 +133,11 @@ impl SlotStorage for Flash {
         }
         let first = place(slot).wrapping_add(offset).cast::<u32>().cast_mut();
         self.unlocked(|| {
+            self.registers.cr().write(|w| {
+                w.lock().clear_bit();
+                w.psize().variant(PSIZE::Psize32).pg().set_bit()
+            });
             for (number, word) in words.iter().enumerate() {
-                let control = self.registers.cr();
-                control.write(|w| w.psize().variant(PSIZE::Psize32).pg().set_bit());
                 // SAFETY: an aligned word within the slot, see above; the flash
                 // takes the write because it is set up to program.
                 unsafe { first.add(number).write_volatile(u32::from_le_bytes(*word)) };

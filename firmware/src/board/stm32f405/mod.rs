@@ -32,14 +32,16 @@ use converters::Converters;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{DWT, SCB, SYST};
 use defmt_rtt as _;
-use firmware::codes::{AdcCodes, DacCode, ValveConverter};
+use embedded_hal::delay::DelayNs;
+use firmware::codes::{AdcCode, AdcCodes, DacCode, FAILED_CONVERSION, ValveConverter};
 use firmware::control_task::Sample;
-use firmware::fault::{Fault, Finding};
+use firmware::fault::{Channel, Fault, Finding};
 use firmware::parts::ads8681::{Ads8681, Span};
 use flash::Flash;
 use spi::{Bus, CoreDelay, Device, Edge};
-use stm32f4xx_hal::gpio::{GpioExt, Output, PB12, PinState, Speed};
-use stm32f4xx_hal::pac::{self, SPI2};
+use stm32f4xx_hal::gpio::{GpioExt, Output, PB9, PB12, PinState, Speed};
+use stm32f4xx_hal::pac::{self, GPIOB, SPI2};
+use stm32f4xx_hal::rcc::Enable;
 use valve::Converter;
 use watchdog::Watchdog;
 
@@ -79,7 +81,7 @@ impl Board for Stm32f405 {
         let mut chip = unsafe { pac::Peripherals::steal() };
         let reset_cause = reset_cause::take(&chip.RCC);
         let watchdog = Watchdog::start(chip.IWDG);
-        let clocks = clocks::start(&chip.RCC, &chip.FLASH, &chip.PWR);
+        let clocks = clocks::start(&mut chip.RCC, &chip.FLASH, &chip.PWR);
         tell(&clocks, &chip.FLASH);
 
         let rcc = &mut chip.RCC;
@@ -116,18 +118,15 @@ impl Board for Stm32f405 {
         let select = b.pb12.into_push_pull_output_in_state(PinState::High);
 
         let delay = CoreDelay::new(clocks.core_hz);
-        rcc.apb1enr().modify(|_, w| w.spi2en().set_bit());
+        SPI2::enable(rcc);
         let Ok(device) = Device::new(Bus::new(chip.SPI2, Edge::First), select, delay);
-        let mut position = Ads8681::new(device, delay, POSITION_SPAN);
-        if position.configure().is_err() {
-            defmt::error!("position converter: the bus does not answer");
-        }
+        let position = Ads8681::new(device, delay, POSITION_SPAN);
 
         #[cfg(not(feature = "spi-dac"))]
         let valve = Converter::start(rcc, chip.DAC);
         #[cfg(feature = "spi-dac")]
         let valve = {
-            rcc.apb1enr().modify(|_, w| w.spi3en().set_bit());
+            pac::SPI3::enable(rcc);
             let _clock = c.pc10.into_alternate::<6>().speed(Speed::High);
             let _out = c.pc12.into_alternate::<6>().speed(Speed::High);
             let select = a.pa15.into_push_pull_output_in_state(PinState::High);
@@ -144,7 +143,8 @@ impl Board for Stm32f405 {
         start_supervision(&mut core.SYST, clocks.core_hz);
         watchdog.end_patience();
 
-        let _switch = b.pb9.into_push_pull_output_in_state(PinState::High);
+        // The hardware's middle, until the start's last act.
+        let switch = b.pb9.into_push_pull_output_in_state(PinState::Low);
 
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
@@ -154,11 +154,18 @@ impl Board for Stm32f405 {
                 timers_hz: clocks.apb1_timers_hz,
                 position,
                 valve,
+                switch,
+                delay,
+                is_joined: false,
+                measured: PutOut::HARDWARE_MIDDLE,
                 written: valve::MIDDLE,
-                has_overrun: false,
+                found: None,
                 tick: 0,
             },
-            stopwatch: CycleCounter { from: 0 },
+            stopwatch: CycleCounter {
+                from: 0,
+                core_hz: clocks.core_hz,
+            },
             serial_in,
             serial_out,
             watchdog,
@@ -172,7 +179,14 @@ impl Board for Stm32f405 {
 
     fn run_ended() {}
 
+    fn isolate_valve() {
+        // SAFETY: a write that touches this one pin; the axis owns it, and puts it back only
+        // when nothing is wrong any more.
+        unsafe { &*GPIOB::ptr() }.bsrr().write(|w| w.br9().set_bit());
+    }
+
     fn give_up() -> ! {
+        Self::isolate_valve();
         SCB::sys_reset()
     }
 
@@ -219,12 +233,35 @@ pub struct RealAxis {
     timers_hz: u32,
     position: Ads8681<Device<SPI2, PB12<Output>>, CoreDelay>,
     valve: Converter,
+    /// High gives the valve to the converter; low, and in reset, it stands at the middle.
+    switch: PB9<Output>,
+    delay: CoreDelay,
+    is_joined: bool,
+    /// What the amplifier had to put out when its voltage was measured last.
+    measured: PutOut,
     /// The last command, which is put out from the next tick's begin on.
     written: DacCode,
-    /// A tick began before the last command was written.
-    has_overrun: bool,
+    /// What the board itself has found since the last tick.
+    found: Option<Finding>,
     tick: u32,
 }
+
+/// What the amplifier puts out.
+#[derive(Clone, Copy)]
+struct PutOut(DacCode);
+
+impl PutOut {
+    /// The middle, whatever the converter puts out.
+    const HARDWARE_MIDDLE: Self = Self(valve::MIDDLE);
+}
+
+/// Time for the amplifier to follow the switch: thirteen times the 15 us of its input.
+const SETTLE_US: u32 = 200;
+/// Tries to reach the position converter at the start, each after a millisecond: its supply and
+/// its reference take 20 ms at most (to be checked against its data sheet).
+const POSITION_TRIES: u32 = 25;
+/// Ticks between tries to reach it afterwards, while it does not answer.
+const TICKS_PER_TRY: u32 = 128;
 
 /// How far the valve's voltage may be from its command, in codes: 200 mV, the
 /// sum of the worst errors of converter, amplifier, divider and ADC being 144 mV
@@ -232,29 +269,86 @@ pub struct RealAxis {
 const VOLTAGE_TOLERANCE: u16 = 1_311;
 
 impl RealAxis {
+    /// Register and voltage against what they should be: of the register what was put out at
+    /// this tick's edge, of the voltage what stood there at the end of the tick before, long
+    /// after its edge.
     fn valve_finding(&mut self) -> Option<Finding> {
-        let expected = Converter::as_put_out(self.written);
-        if self.valve.output() != expected {
+        let PutOut(expected) = self.measured;
+        if self.valve.output() != Converter::as_put_out(self.written) {
             return Some(Fault::DacMismatch.at(0));
         }
-        let is_there = self
-            .converters
-            .valve_voltage()
-            .is_some_and(|voltage| voltage.0.abs_diff(expected.0) <= VOLTAGE_TOLERANCE);
-        (!is_there).then(|| Fault::DacMismatch.at(1))
+        (!self.is_voltage(expected)).then(|| Fault::DacMismatch.at(1))
+    }
+
+    /// Whether the valve's voltage was the one of a code when it was measured.
+    fn is_voltage(&mut self, expected: DacCode) -> bool {
+        let expected = Converter::as_put_out(expected);
+        let voltage = self.converters.valve_voltage();
+        voltage.is_some_and(|voltage| voltage.0.abs_diff(expected.0) <= VOLTAGE_TOLERANCE)
+    }
+
+    /// Measures the valve's voltage, which has to be the middle.
+    fn is_at_middle(&mut self) -> bool {
+        self.delay.delay_us(SETTLE_US);
+        self.converters.measure_valve();
+        self.delay.delay_us(SETTLE_US);
+        self.is_voltage(valve::MIDDLE)
+    }
+
+    /// Gives the valve to the converter, if register and voltage are the middle before and after.
+    fn join_valve(&mut self) -> Result<(), Finding> {
+        if self.valve.output() != valve::MIDDLE {
+            return Err(Fault::DacMismatch.at(0));
+        }
+        if !self.is_at_middle() {
+            return Err(Fault::DacMismatch.at(1));
+        }
+        self.switch_valve(true);
+        if self.is_at_middle() {
+            return Ok(());
+        }
+        self.switch_valve(false);
+        Err(Fault::DacMismatch.at(1))
+    }
+
+    /// Sets the position converter up, which may have its supply later than the chip.
+    fn reach_position(&mut self) {
+        let answers = (0..POSITION_TRIES).any(|_| {
+            let is_set_up = self.position.configure().is_ok();
+            let answers = is_set_up && self.position.convert() != FAILED_CONVERSION;
+            if !answers {
+                self.delay.delay_us(1_000);
+            }
+            answers
+        });
+        if !answers {
+            defmt::error!("position converter: it does not answer");
+        }
+    }
+
+    /// The position; a converter that does not answer has lost its settings, or its supply.
+    fn position(&mut self) -> AdcCode {
+        let code = self.position.convert();
+        if code == FAILED_CONVERSION && self.tick.is_multiple_of(TICKS_PER_TRY) {
+            // Whether it was reached shows in the next frame.
+            let _ = self.position.configure();
+        }
+        code
     }
 }
 
 impl Axis for RealAxis {
     fn begin(&mut self) {
+        self.reach_position();
+        self.found = self.join_valve().err();
+        self.converters.measure_valve();
         self.converters.start(self.timers_hz, TICKS_PER_S);
     }
 
     fn sample(&mut self, streamed: &Sample) -> Sample {
         self.valve.begin_tick();
         let conversions = self.converters.take();
-        self.converters.measure_valve();
-        let position = self.position.convert();
+        let position = self.position();
         self.tick = self.tick.wrapping_add(1);
         // The ring of the serial line is looked at each tick.
         rtic::pend(pac::Interrupt::USART1);
@@ -272,26 +366,44 @@ impl Axis for RealAxis {
     }
 
     fn finding(&mut self) -> Option<Finding> {
-        if core::mem::take(&mut self.has_overrun) {
-            return Some(Fault::TaskOverrun.at(0));
-        }
-        self.valve_finding()
+        let of_valve = self.valve_finding();
+        core::mem::take(&mut self.found).or(of_valve)
     }
 
     fn write_valve(&mut self, code: DacCode) {
+        // The amplifier has followed this tick's edge for at least 50 us by now.
+        self.measured = if self.is_joined {
+            PutOut(self.written)
+        } else {
+            PutOut::HARDWARE_MIDDLE
+        };
+        self.converters.measure_valve();
         self.valve.write(code);
         self.written = code;
-        self.has_overrun = self.converters.is_complete();
+        if self.converters.is_complete() {
+            self.found = Some(Fault::TaskOverrun.at(0));
+        } else if !self.converters.is_aligned() {
+            self.converters.arm();
+            self.found = Some(Fault::FailedConversion.at(Channel::PressureA as u8));
+        }
+    }
+
+    fn switch_valve(&mut self, is_joined: bool) {
+        self.switch.set_state(PinState::from(is_joined));
+        self.is_joined = is_joined;
     }
 }
 
 /// The core's cycle counter.
 pub struct CycleCounter {
     from: u32,
+    core_hz: u32,
 }
 
 impl Stopwatch for CycleCounter {
-    const COUNTS_PER_S: u32 = 168_000_000;
+    fn counts_per_s(&self) -> u32 {
+        self.core_hz
+    }
 
     fn start(&mut self) {
         self.from = DWT::cycle_count();
@@ -308,5 +420,5 @@ impl Stopwatch for CycleCounter {
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() {
     super::keep(firmware::start::CRYSTAL_STOPPED);
-    SCB::sys_reset()
+    Stm32f405::give_up()
 }

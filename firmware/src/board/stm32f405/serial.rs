@@ -9,6 +9,7 @@
 use super::super::{SerialIn, SerialOut};
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use stm32f4xx_hal::pac::{DMA2, Interrupt, RCC, USART1, dma2, usart1};
+use stm32f4xx_hal::rcc::Enable;
 
 /// Bits a second.
 const BAUD: u32 = 921_600;
@@ -25,9 +26,9 @@ const LOOKS: u32 = 2_000;
 static RING: [AtomicU8; RING_BYTES] = [const { AtomicU8::new(0) }; RING_BYTES];
 
 /// Sets the line up; `clock_hz` is that of APB2, DMA2 and the pins are ready.
-pub fn start(rcc: &RCC, usart: USART1, clock_hz: u32) -> (Receiver, Transmitter) {
-    rcc.apb2enr().modify(|_, w| w.usart1en().set_bit());
-    rcc.ahb1enr().modify(|_, w| w.dma2en().set_bit());
+pub fn start(rcc: &mut RCC, usart: USART1, clock_hz: u32) -> (Receiver, Transmitter) {
+    USART1::enable(rcc);
+    DMA2::enable(rcc);
     let divider = (clock_hz + BAUD / 2) / BAUD;
     usart.brr().write(|w| {
         w.div_mantissa().set((divider >> 4) as u16 & 0x0FFF);

@@ -23,6 +23,7 @@ mod own {
     use super::{DacCode, MIDDLE, ValveConverter};
     use stm32f4xx_hal::pac::dac::cr::TSEL1;
     use stm32f4xx_hal::pac::{DAC, RCC};
+    use stm32f4xx_hal::rcc::Enable;
 
     /// The chip's own converter.
     pub struct Converter {
@@ -36,8 +37,8 @@ mod own {
         /// Puts out the valve's middle at once, and from then on what is written
         /// at the timer's edges. The pin already is analogue. The buffer stays
         /// off: it comes within 0.2 V of either end only.
-        pub fn start(rcc: &RCC, registers: DAC) -> Self {
-            rcc.apb1enr().modify(|_, w| w.dacen().set_bit());
+        pub fn start(rcc: &mut RCC, registers: DAC) -> Self {
+            DAC::enable(rcc);
             let mut converter = Self { registers };
             converter.write(MIDDLE);
             let control = converter.registers.cr();
