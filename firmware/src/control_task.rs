@@ -3,6 +3,7 @@
 use crate::codes::{AdcCodes, CommandShaper, DacCode, ValveConverter};
 use crate::fault::{Fault, Finding};
 use crate::link::Order;
+use crate::settings::NULL_V;
 use crate::start::ResetCause;
 use crate::status::{Counters, Status};
 use crate::supervisor::Supervisor;
@@ -63,7 +64,7 @@ pub struct Command {
 pub struct NotAtRest;
 
 /// The middle of the valve's scale, where a null that is no number is taken to
-/// be: no setting may ever open the valve in a fault.
+/// be: no setting, checked or not, may ever open the valve in a fault.
 const MIDDLE_V: f32 = 5.0;
 
 /// Controller, its memory, its supervision and the converter's shaping.
@@ -192,7 +193,13 @@ impl ControlTask {
                 .watch_command(&sample.reference, command_v - null_v, time);
         }
         let is_tracking = self.supervisor.state() == State::Track;
-        let command_v = asked.filter(|_| is_tracking).unwrap_or(null_v);
+        let command_v = if is_tracking {
+            asked.unwrap_or(null_v)
+        } else {
+            let axis = self.controller.axis();
+            let brake_v = self.supervisor.brake_v(axis, &measured, sample.tick);
+            null_v + brake_v.unwrap_or(0.0)
+        };
         if !is_tracking {
             self.shaper.forget();
         }
@@ -239,7 +246,11 @@ impl ControlTask {
     /// The valve's null, V.
     fn null_v(&self) -> f32 {
         let null_v = self.controller.null_v();
-        if null_v.is_finite() { null_v } else { MIDDLE_V }
+        if null_v.is_finite() {
+            null_v.clamp(NULL_V[0], NULL_V[1])
+        } else {
+            MIDDLE_V
+        }
     }
 }
 

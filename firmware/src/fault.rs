@@ -2,7 +2,9 @@
 //!
 //! Every fault has one reaction: the command of the very tick that sees it is
 //! the valve's null, the cause is latched and kept over a reset
-//! ([`crate::start::cause_of`]), and only an acknowledgement leads back.
+//! ([`crate::start::cause_of`]), and only an acknowledgement leads back. One exception:
+//! from a load that starts the wrong way round the valve takes the force first, for 20 ms at
+//! the most (`supervisor::polarity`).
 //! The codes are stable: they stand in recordings and in people's logs.
 
 /// What went wrong. The number is the code in `Command::fault`; 0 is none.
@@ -49,6 +51,8 @@ pub enum Fault {
     NotANumber = 19,
     /// The command goes to and fro at a hold without an end.
     LoopSwings = 20,
+    /// The axis answers the wrong way round.
+    WrongPolarity = 21,
 }
 
 /// A fault that was seen, and where.
@@ -95,7 +99,7 @@ pub struct Description {
 const CHANNELS: &str = "channel: 0 position, 1 p_a, 2 p_b, 3 p_s, 4 velocity";
 
 /// All faults, in the order of their codes.
-pub const DESCRIPTIONS: [Description; 20] = [
+pub const DESCRIPTIONS: [Description; 21] = [
     Description {
         fault: Fault::FailedConversion,
         name: "failed conversion",
@@ -177,14 +181,16 @@ pub const DESCRIPTIONS: [Description; 20] = [
         fault: Fault::StaleReference,
         name: "stale reference",
         seen: "the reference's position stays the same bit for bit for 20 ms while its velocity \
-               says that it went 1 mm or more; the board: streamed references stop arriving",
+               and acceleration say that it went 1 mm or more; the board: streamed references \
+               stop arriving",
         detail: "0",
         remedy: "look for the cause at the sender; send a reference of NaN to ask for nothing",
     },
     Description {
         fault: Fault::ReferenceOutOfStroke,
         name: "reference out of stroke",
-        seen: "a reference position beyond the stroke, or an infinite reference",
+        seen: "a reference position beyond the stroke, a velocity beyond the sensor's scale, an \
+               acceleration beyond what 10 bar give the load",
         detail: "0 position, 1 velocity, 2 acceleration",
         remedy: "correct the motion or the rig's stroke",
     },
@@ -262,6 +268,16 @@ pub const DESCRIPTIONS: [Description; 20] = [
         remedy: "the axis answers later than the settings say: record it, `pneuma diagnose` names a \
                  lagging gauge or tubes; or lower the gains in the rig's [controller]",
     },
+    Description {
+        fault: Fault::WrongPolarity,
+        name: "wrong polarity",
+        seen: "from a start until the axis has answered once: the valve opens and the other \
+               chamber's pressure rises, or the load moves against the force of its gas",
+        detail: "0 valve, tubes or gauges; 1 position; 2 velocity",
+        remedy: "0: exchange the valve's tubes or reverse feeds_a_when of the rig, unless both \
+                 gauges are exchanged; 1, 2: reverse the sign of the position, of the velocity; \
+                 with tubes and gauges exchanged together, of both",
+    },
 ];
 
 /// The faults in the order of their codes: the chip needs no texts.
@@ -304,7 +320,10 @@ impl Fault {
     /// Whether the command itself, or what puts it out, cannot be trusted: a board with a switch
     /// before its valve then takes the valve from the converter.
     pub fn is_of_output(self) -> bool {
-        matches!(self, Self::TaskOverrun | Self::DacMismatch | Self::NotANumber)
+        matches!(
+            self,
+            Self::TaskOverrun | Self::DacMismatch | Self::NotANumber
+        )
     }
 
     /// A finding of this fault.

@@ -219,6 +219,7 @@ proptest! {
         let mut task = task();
         let mut tick = 0_u32;
         let mut was_fault = false;
+        let mut seen_at = 0_u32;
         for (step, codes, [position_m, velocity_m_per_s, acceleration_m_per_s2], orders) in inputs {
             tick = tick.wrapping_add(step);
             let acknowledged = orders && task.acknowledge();
@@ -229,7 +230,14 @@ proptest! {
             });
             let is_fault = command.state == State::Fault;
             prop_assert_eq!(is_fault, command.fault != 0);
-            prop_assert!(command.state == State::Track || command.valve == NULL);
+            if is_fault && (!was_fault || acknowledged) {
+                seen_at = tick;
+            }
+            // A load that starts the wrong way round is braked.
+            let is_of_polarity = [Fault::WrongPolarity, Fault::VelocityContradictsPosition]
+                .contains(&Fault::from_code(command.fault).unwrap_or(Fault::BrownOut));
+            let brakes = is_of_polarity && tick.wrapping_sub(seen_at) <= 20;
+            prop_assert!(command.state == State::Track || command.valve == NULL || brakes);
             prop_assert!(!was_fault || acknowledged || is_fault);
             prop_assert!(command.estimate.to_array().into_iter().all(f32::is_finite));
             let has_failed = codes.iter().any(|code| AdcCode(*code) == firmware::codes::FAILED_CONVERSION);

@@ -9,6 +9,10 @@ use core::fmt;
 use model_core::left_out::DELAY_CAPACITY;
 use model_core::valve::{TABLE_CAPACITY, TableFault};
 
+/// Where a valve of 0 to 10 V may have its null, V: half a volt about the middle, five times what
+/// data sheets allow. In a fault the valve is put there.
+pub const NULL_V: [f32; 2] = [4.5, 5.5];
+
 /// A number of the settings with its name and the range that it must be in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Field {
@@ -164,7 +168,7 @@ impl Settings {
             field("gas.gas_constant_j_per_kg_k", gas.gas_constant_j_per_kg_k, 50.0, 5e3),
             field("ambient.pressure_pa", ambient.pressure_pa, 1e4, 1e6),
             field("ambient.temperature_k", ambient.temperature_k, 200.0, 400.0),
-            field("valve.null_v", valve.null_v, 0.0, 10.0),
+            field("valve.null_v", valve.null_v, NULL_V[0], NULL_V[1]),
             field("valve.critical_pressure_ratio", valve.critical_pressure_ratio, 0.01, 0.99),
             field("valve.laminar_pressure_ratio", valve.laminar_pressure_ratio, 0.1, 0.9999),
             field("valve.discharge_slope", valve.discharge_slope, -0.1, 0.25),

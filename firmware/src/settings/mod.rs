@@ -24,7 +24,7 @@ pub mod record;
 pub mod slots;
 pub mod transfer;
 
-pub use check::{Field, SettingsFault};
+pub use check::{Field, NULL_V, SettingsFault};
 pub use effects::{MechanicalEffects, PneumaticEffects};
 pub use gains::Gains;
 pub use parameters::{

@@ -17,7 +17,7 @@ const PARAMETER_MARGIN: f32 = 1.4;
 /// Bounds of the change in a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Jump {
-    most_acceleration_m_per_s2: f32,
+    pub(super) most_acceleration_m_per_s2: f32,
     /// Volume flow of the open valve in terms of the pressure before it, m3/s.
     pub(super) most_volume_flow_m3_per_s: f32,
 }

@@ -7,6 +7,7 @@
 //! | `jump` | readings that change faster than physics |
 //! | `travel` | position against velocity: frozen or contradicting |
 //! | `force` | pressures against motion |
+//! | `polarity` | whether valve and motion answer the right way round |
 //! | `pressure` | a chamber pressure that stands still and should not |
 //! | `stream` | missed samples, stale or impossible references |
 //! | `swing` | a command that goes to and fro at a hold without an end |
@@ -28,6 +29,7 @@
 
 mod force;
 mod jump;
+mod polarity;
 mod pressure;
 mod range;
 mod sensors;
@@ -46,6 +48,7 @@ use model_core::axis::Axis;
 use model_core::controller::Measurements;
 use model_core::real::Real;
 use model_core::reference::Reference;
+use polarity::PolarityState;
 use pressure::{PressureState, Side};
 use range::Range;
 use step::Step;
@@ -72,7 +75,7 @@ impl Limits {
     fn new(axis: &Axis<f32>) -> Self {
         let (range, jump) = (Range::new(axis), Jump::new(axis));
         Self {
-            stream: Stream::new(axis, range.stroke_m, jump.most_volume_flow_m3_per_s),
+            stream: Stream::new(axis, range.stroke_m, &jump),
             range,
             jump,
             swing: Swing::new(axis),
@@ -97,6 +100,7 @@ struct Memory {
     jump: JumpState,
     travel: TravelState,
     force: ForceState,
+    polarity: PolarityState,
     pressures: [PressureState; 2],
     swing: SwingState,
 }
@@ -222,6 +226,14 @@ impl Supervisor {
         self.state
     }
 
+    /// What the valve has to do against a motion the wrong way round, V from its null, where
+    /// there is one and its time has not passed.
+    pub fn brake_v(&self, axis: &Axis<f32>, now: &Measurements<f32>, tick: u32) -> Option<f32> {
+        let ticks = u16::try_from(tick.wrapping_sub(self.fault_tick)).ok()?;
+        let seen = (&self.memory.polarity, self.latched?);
+        polarity::brake_v(axis, now, seen, axis.dt_s * f32::from(ticks))
+    }
+
     /// Latches a finding of this tick.
     pub fn trip(&mut self, finding: Finding, tick: u32) {
         self.state = State::Fault;
@@ -322,7 +334,8 @@ impl Memory {
         tracks: bool,
     ) -> Option<Finding> {
         let unexplained = if tracks {
-            self.force.check(axis, step)
+            let polarity = self.polarity.check(axis, step);
+            polarity.or(self.force.check(axis, step))
         } else {
             self.force = ForceState::default();
             None

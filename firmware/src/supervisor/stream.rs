@@ -1,5 +1,7 @@
 //! Does time go on, and does the reference? Missed samples and stale references.
 
+use super::jump::Jump;
+use crate::codes::VELOCITY_M_PER_S;
 use crate::fault::{Fault, Finding};
 use crate::status::Counters;
 use model_core::axis::Axis;
@@ -20,6 +22,9 @@ pub(super) struct Stream {
     /// Samples that may be missing in a row.
     pub(super) most_missed: u16,
     stroke_m: [f32; 2],
+    /// Nothing faster can be measured, and no larger acceleration be had.
+    most_m_per_s: f32,
+    most_m_per_s2: f32,
 }
 
 /// The stream so far.
@@ -41,16 +46,12 @@ impl Stream {
     /// The valve is wide open and its command holds: both pressures run apart at
     /// gamma Q p / V and the load with a jerk of 2 A p' / M. It is astray by
     /// jerk t3 / 6, which bounds t and with it the samples that may be missed.
-    pub(super) fn new(
-        axis: &Axis<f32>,
-        stroke_m: [f32; 2],
-        most_volume_flow_m3_per_s: f32,
-    ) -> Self {
+    pub(super) fn new(axis: &Axis<f32>, stroke_m: [f32; 2], jump: &Jump) -> Self {
         let area_m2 = axis.carriage.area_a_m2.max(axis.carriage.area_b_m2);
         let middle_m = 0.5 * (stroke_m[0] + stroke_m[1]);
         let volume_m3 = axis.pneumatics.chamber_a.geometry.volume_m3(middle_m);
         let rate_pa_per_s = axis.pneumatics.gas.heat_capacity_ratio
-            * most_volume_flow_m3_per_s
+            * jump.most_volume_flow_m3_per_s
             * super::sensors::MOST_PRESSURE_PA
             / volume_m3;
         let jerk_m_per_s3 = 2.0 * area_m2 * rate_pa_per_s / axis.carriage.mass_kg;
@@ -59,6 +60,8 @@ impl Stream {
         Self {
             most_missed: whole(ticks),
             stroke_m,
+            most_m_per_s: VELOCITY_M_PER_S.highest,
+            most_m_per_s2: jump.most_acceleration_m_per_s2,
         }
     }
 
@@ -106,10 +109,10 @@ impl Stream {
         if reference.position_m < low_m || reference.position_m > high_m {
             return Some(Fault::ReferenceOutOfStroke.at(0));
         }
-        if reference.velocity_m_per_s.is_infinite() {
+        if reference.velocity_m_per_s.abs() > self.most_m_per_s {
             return Some(Fault::ReferenceOutOfStroke.at(1));
         }
-        if reference.acceleration_m_per_s2.is_infinite() {
+        if reference.acceleration_m_per_s2.abs() > self.most_m_per_s2 {
             return Some(Fault::ReferenceOutOfStroke.at(2));
         }
         state.reference.check(reference, elapsed_s)
@@ -120,16 +123,20 @@ impl ReferenceState {
     fn check(&mut self, reference: &Reference<f32>, elapsed_s: f32) -> Option<Finding> {
         let position_bits = reference.position_m.to_bits();
         if position_bits == self.position_bits {
+            // The way that it says by its velocity, and by what that becomes.
+            let [speed, change] = [
+                reference.velocity_m_per_s,
+                reference.acceleration_m_per_s2 * (self.standing_s + 0.5 * elapsed_s),
+            ];
             self.standing_s += elapsed_s;
-            self.way_m += elapsed_s * reference.velocity_m_per_s;
+            self.way_m += elapsed_s * (speed.abs() + change.abs());
         } else {
             *self = Self {
                 position_bits,
                 ..Self::default()
             };
         }
-        (self.standing_s > STALE_S && self.way_m.abs() > ASTRAY_M)
-            .then(|| Fault::StaleReference.at(0))
+        (self.standing_s > STALE_S && self.way_m > ASTRAY_M).then(|| Fault::StaleReference.at(0))
     }
 }
 

@@ -81,6 +81,7 @@ const PRESSURE: &[Fault] = &[
     Fault::PressureContradictsPosition,
     Fault::JumpingSensor,
     Fault::OutOfRange,
+    Fault::WrongPolarity,
 ];
 /// A frozen pressure that acts before it is known for frozen.
 const FROZEN_PRESSURE: &[Fault] = &[Fault::FrozenSensor, Fault::PressureContradictsPosition];
@@ -90,6 +91,7 @@ const VELOCITY: &[Fault] = &[
     Fault::VelocityContradictsPosition,
     Fault::JumpingSensor,
     Fault::FrozenSensor,
+    Fault::WrongPolarity,
 ];
 const STALE: &[Fault] = &[Fault::StaleReference];
 

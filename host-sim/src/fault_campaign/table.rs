@@ -2,6 +2,7 @@
 
 use super::case::Case;
 use super::run::{Moment, Outcome};
+use super::wiring::{FirstStart, Wiring};
 use firmware::fault::DESCRIPTIONS;
 use std::fmt::Write as _;
 
@@ -78,6 +79,27 @@ pub fn reaction_table(results: &[(Case, Moment, Outcome)], cases: &[Case]) -> St
         let _ = writeln!(text, " {:.1} |", 1e3 * astray_m);
     }
     text
+}
+
+/// First starts of an axis that is wired so, at this supply, bar gauge: a row.
+pub fn wiring_row(wiring: Wiring, gauge_bar: f64, starts: &[FirstStart]) -> String {
+    let seen = || starts.iter().filter_map(|start| start.fault);
+    let mut said: Vec<&str> = seen()
+        .map(|(fault, _)| DESCRIPTIONS[usize::from(fault.code()) - 1].name)
+        .collect();
+    said.sort_unstable();
+    said.dedup();
+    let worst_mm = |way: fn(&FirstStart) -> f64| 1e3 * starts.iter().map(way).fold(0.0, f64::max);
+    format!(
+        "| {} | {gauge_bar} | {} | {} | {} | {} | {:.2} | {:.2} |\n",
+        wiring.name(),
+        starts.len(),
+        starts.len() - seen().count(),
+        said.join(", "),
+        median_and_worst(seen().map(|(_, ticks)| ticks).collect()),
+        worst_mm(|start| start.had_gone_m),
+        worst_mm(|start| start.went_m),
+    )
 }
 
 fn median_and_worst(mut ticks: Vec<u32>) -> String {

@@ -182,7 +182,9 @@ impl Board for Stm32f405 {
     fn isolate_valve() {
         // SAFETY: a write that touches this one pin; the axis owns it, and puts it back only
         // when nothing is wrong any more.
-        unsafe { &*GPIOB::ptr() }.bsrr().write(|w| w.br9().set_bit());
+        unsafe { &*GPIOB::ptr() }
+            .bsrr()
+            .write(|w| w.br9().set_bit());
     }
 
     fn give_up() -> ! {

@@ -1,0 +1,228 @@
+"""Runs the flash image of the STM32F405, the file of `cargo xtask image`, on modelled registers.
+
+Exit status 1 where the program misused a unit, or the run ended early.
+"""
+
+import argparse
+import json
+import socket
+import struct
+import sys
+import time
+
+import link
+from chip import Chip
+from core import Stopped
+
+NEVER = 1 << 40
+# At rest in the middle, the chambers at 4 bar, the supply at 6: codes of the link.
+RESTING = (32768, 26208, 26208, 39320, 32768)
+
+
+class World:
+    """What the converters see, and the other end of the serial line."""
+
+    def __init__(self, codes=RESTING):
+        self.chip = None
+        self.codes = codes
+        self.frames = link.Frames()
+        self.commands, self.records, self.statuses = [], [], []
+        self.first_command_us = None
+
+    def position(self):
+        """Raw code of the position converter: the sensor's 10 V are 125/128 of its 10.24 V."""
+        raw = 0x8000 + round((self.codes[0] - 0x8000) * 125 / 128)
+        return min(0xFFFF, max(0, raw))
+
+    def analogue(self, channel, turn):
+        """12 bits of a channel in one of its four turns, whose sum is the code's upper 14 bits."""
+        return min(4095, ((self.codes[1 + channel] >> 2) + turn) >> 2)
+
+    def begins(self):
+        """The ticks begin."""
+
+    def ticks(self):
+        """A tick has begun."""
+
+    def commanded(self, code):
+        """The converter's register was written."""
+        if self.first_command_us is None:
+            self.first_command_us = self.chip.core.now() / 1e3
+        self.commands.append(code)
+
+    def sent(self, byte):
+        """The board has sent a byte."""
+        for payload in self.frames.take(bytes([byte])):
+            self.told(payload)
+
+    def told(self, payload):
+        """The board has sent a frame."""
+        if payload[0] == link.STATUS:
+            self.statuses.append(payload)
+        elif payload[0] == link.TICK:
+            self.records.append(payload)
+
+    def fault(self):
+        """Code and detail of the last status."""
+        return tuple(self.statuses[-1][3:5]) if self.statuses else None
+
+
+class Plant(World):
+    """The plant of `pneuma loop --connect`: the image is in the controller's place."""
+
+    def __init__(self, port):
+        super().__init__()
+        listener = socket.create_server(("127.0.0.1", port))
+        print(f"waiting for a plant at 127.0.0.1:{listener.getsockname()[1]}", flush=True)
+        self.line, _ = listener.accept()
+        self.line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.incoming, self.waiting = link.Frames(), []
+        self.sample = None
+        self.transcript = []
+        self.hello = None
+
+    def begins(self):
+        self.chip.usart.send(link.encode(struct.pack("<BH", link.STREAM, 1)))
+        # After the greeting's last byte.
+        self.chip.core.after(3e5, self._next)
+
+    def ticks(self):
+        self.chip.rule(not self.chip.usart.incoming, "model: a reference came later than its tick")
+        self.codes = struct.unpack_from("<5H", self.sample, 5)
+
+    def told(self, payload):
+        super().told(payload)
+        if payload[0] == link.HELLO:
+            self.hello = payload
+            self.line.sendall(link.encode(payload))
+        elif payload[0] == link.TICK and self.sample is not None:
+            self._answer(payload)
+
+    def _answer(self, record):
+        (tick,) = struct.unpack_from("<I", self.sample, 1)
+        answer = struct.pack("<HBB", self.commands[-1] << 4, record[21], record[22]) + record[27:43]
+        self.line.sendall(link.encode(struct.pack("<BI", link.COMMAND, tick) + answer))
+        # What the board saw is what a twin is to answer.
+        seen = struct.pack("<BI", link.SAMPLE, tick) + record[9:19] + self.sample[15:27]
+        self.transcript += [seen, struct.pack("<BI", link.COMMAND, tick) + answer]
+        self._next()
+
+    def _next(self):
+        while True:
+            while self.waiting:
+                payload = self.waiting.pop(0)
+                if payload[0] == link.SAMPLE:
+                    self.sample = payload
+                    self.chip.usart.send(link.encode(bytes([link.REFERENCE]) + payload[15:27]))
+                    return
+                if payload[0] == link.END:
+                    self.chip.core.ended = "the plant has ended the run"
+                    self.chip.core.engine.emu_stop()
+                    return
+            data = self.line.recv(65536)
+            if not data:
+                self.chip.core.ended = "the plant went away"
+                self.chip.core.engine.emu_stop()
+                return
+            self.waiting += self.incoming.take(data)
+
+    def write_transcript(self, path):
+        """For `pneuma loop --replay`."""
+        with open(path, "wb") as file:
+            for payload in [self.hello, *self.transcript, bytes([link.END])]:
+                file.write(link.encode(payload))
+
+
+def arguments():
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("image")
+    parser.add_argument("--ticks", type=int, default=200)
+    parser.add_argument("--plant", type=int, metavar="PORT", help="wait for `pneuma loop --connect` here, 0 for any port")
+    parser.add_argument("--transcript", help="write what the board saw and answered here")
+    parser.add_argument("--json", help="write the outcome here")
+    fault = parser.add_argument_group("what goes wrong; at a tick where a number is asked for")
+    fault.add_argument("--no-crystal", action="store_true")
+    fault.add_argument("--no-pll", action="store_true")
+    fault.add_argument("--crystal-stops-at", type=int, default=NEVER)
+    fault.add_argument("--position-open-at", type=int, default=NEVER)
+    fault.add_argument("--position-ready-ns", type=float, default=0.0)
+    fault.add_argument("--dac-stuck-at", type=int, default=NEVER)
+    fault.add_argument("--valve-shorted-at", type=int, default=NEVER)
+    fault.add_argument("--lost-trigger", type=int, default=NEVER, help="no conversions from this tick to the ten thousandth")
+    fault.add_argument("--lost-transfer", type=int, default=NEVER, help="an overrun in the middle of this tick's scan")
+    fault.add_argument("--dma-error-at", type=int, default=NEVER)
+    fault.add_argument("--cut-at", type=int, default=NEVER, help="power fails half-way through this operation of the flash")
+    fault.add_argument("--reset-flags", type=lambda text: int(text, 0), default=0x0E00_0000)
+    fault.add_argument("--watchdog-hz", type=float, default=32e3)
+    options = parser.parse_args()
+    options.lost_triggers = range(options.lost_trigger, options.lost_trigger + 10_000)
+    options.lost_transfers = [(options.lost_transfer, 5)]
+    return options
+
+
+def injected(chip, options):
+    """What happens at a tick, beside what the units look up themselves."""
+    happened = set()
+
+    def look():
+        if chip.ticks >= options.crystal_stops_at and "crystal" not in happened:
+            happened.add("crystal")
+            chip.rcc.lose_crystal()
+        if chip.ticks >= options.dma_error_at and "dma" not in happened:
+            happened.add("dma")
+            chip.dma.raise_flag(0, 8)
+
+    return look
+
+
+def main():
+    """Runs, and says what came of it."""
+    options = arguments()
+    world = World() if options.plant is None else Plant(options.plant)
+    chip = Chip(options.image, world, options)
+    look = injected(chip, options)
+    begin = time.process_time()
+
+    def is_over():
+        look()
+        return chip.ticks > options.ticks
+
+    ended = chip.core.run(is_over)
+    cpu_s = time.process_time() - begin
+    core = chip.core
+    steady = sorted(chip.costs[20:]) or [0]
+    outcome = {
+        "ended": ended,
+        "ticks": chip.ticks,
+        "misuses": dict(chip.misuses),
+        "first_command_us": world.first_command_us,
+        "valve": [what for _, what in chip.marks if what.startswith("valve")],
+        "fault": world.fault(),
+        "commands": world.commands[-20:],
+        "control_cycles": {"mean": sum(steady) / len(steady), "worst": steady[-1]},
+        "watchdog_longest": chip.watchdog.longest,
+        "damaged_frames": world.frames.damaged,
+        "marks": chip.marks,
+        "instructions": core.instructions,
+        "simulated_s": core.now() / 1e9,
+        "cpu_s": cpu_s,
+        "flash_operations": chip.flash.operations,
+    }
+    if options.transcript:
+        world.write_transcript(options.transcript)
+    if options.json:
+        with open(options.json, "w", encoding="utf-8") as file:
+            json.dump(outcome, file, indent=1)
+    for at_us, what in chip.marks:
+        print(f"{at_us:12.1f} us  {what}")
+    print(f"{chip.ticks} ticks, {core.now() / 1e9:.3f} s simulated in {cpu_s:.1f} s; ended: {ended or 'as asked'}")
+    print(f"first command after {world.first_command_us or 0:.0f} us; control task {outcome['control_cycles']['mean']:.0f} "
+          f"cycles, worst {outcome['control_cycles']['worst']} (estimated); fault {world.fault()}")
+    for what, count in chip.misuses.items():
+        print(f"MISUSE, {count} times: {what}")
+    sys.exit(1 if chip.misuses else 0)
+
+
+if __name__ == "__main__":
+    main()
