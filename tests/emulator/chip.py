@@ -501,6 +501,8 @@ class Spi(Unit):
 
     def read(self, offset):
         if offset == 8:
+            if not self.has_received and self.shifting is not None:
+                self.chip.core.skip()
             return self.has_received | (self.waiting is None) << 1 | (self.shifting is not None) << 7
         if offset == 12:
             self.chip.rule(self.has_received, "SPI2 data read where there are none (28.3.7)")
@@ -571,9 +573,11 @@ class PositionConverter:
 
     def exchange(self, byte):
         """A byte in, a byte out."""
-        if not self.is_selected or self.chip.options.position_open_at <= self.chip.ticks:
+        if not self.is_selected:
             return 0
-        answer = self.out >> 24 & 0xFF
+        # An open wire is held low.
+        is_open = self.chip.options.position_open_at <= self.chip.ticks
+        answer = 0 if is_open else self.out >> 24 & 0xFF
         self.out = self.out << 8 & 0xFFFF_FFFF
         self.command = (self.command << 8 | byte) & 0xFFFF_FFFF
         self.count += 1
@@ -596,6 +600,8 @@ class Usart(Unit):
         if offset == 0:
             self.was_status_read = True
             is_empty = self.waiting is None
+            if not is_empty:
+                self.chip.core.skip()
             is_complete = is_empty and self.shifting is None
             return is_empty << 7 | is_complete << 6 | self.is_idle << 4
         if offset == 4:

@@ -105,6 +105,11 @@ class Core:
         """The core stands still."""
         self.cycles += int(ns * 1e-9 * self.hz)
 
+    def skip(self):
+        """The program waits for a flag: time goes on to the next event."""
+        if self._events:
+            self.cycles += max(0, int((self._events[0][0] - self.now()) * self.hz / 1e9))
+
     def _is_due(self):
         return bool(self._events) and self._events[0][0] <= self.now()
 

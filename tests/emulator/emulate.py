@@ -15,6 +15,10 @@ from chip import Chip
 from core import Stopped
 
 NEVER = 1 << 40
+# Ticks between questions for the status.
+ASKED_EVERY = 40
+# A plant that says nothing for so long has gone.
+PLANT_WITHIN_S = 60.0
 # At rest in the middle, the chambers at 4 bar, the supply at 6: codes of the link.
 RESTING = (32768, 26208, 26208, 39320, 32768)
 
@@ -43,6 +47,8 @@ class World:
 
     def ticks(self):
         """A tick has begun."""
+        if self.chip.ticks % ASKED_EVERY == 0:
+            self.chip.usart.send(link.encode(bytes([link.ASK_STATUS])))
 
     def commanded(self, code):
         """The converter's register was written."""
@@ -73,8 +79,10 @@ class Plant(World):
     def __init__(self, port):
         super().__init__()
         listener = socket.create_server(("127.0.0.1", port))
+        listener.settimeout(PLANT_WITHIN_S)
         print(f"waiting for a plant at 127.0.0.1:{listener.getsockname()[1]}", flush=True)
         self.line, _ = listener.accept()
+        self.line.settimeout(PLANT_WITHIN_S)
         self.line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.incoming, self.waiting = link.Frames(), []
         self.sample = None

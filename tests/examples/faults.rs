@@ -153,7 +153,8 @@ fn wiring_table(rig: &Rig, seeds: u64) -> Result<String, Failure> {
             let rig = rig.with_values(&supplied.into_iter().collect());
             let start = |seed: u64| -> Result<FirstStart, Failure> {
                 let known = wrongly_known(&rig, seed);
-                let mut drive = HostController::new(control_task(&known)?);
+                let mut drive =
+                    HostController::new(control_task(&known).map_err(ScoreError::from)?);
                 Ok(first_start(&rig, &mut drive, wiring, seed)?)
             };
             let starts: Result<Vec<FirstStart>, Failure> =

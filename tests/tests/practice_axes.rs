@@ -97,9 +97,12 @@ fn val_p12_lacks_stiction_that_grows_at_rest() {
     is_understood("p12");
 }
 
+/// A way to state a rig otherwise, in words and done.
+type Restated = (&'static str, fn(&mut Rig));
+
 /// What a data sheet is off by: every noise halved and doubled, every deviation a third and three
 /// times as large.
-const RESTATED: [(&str, fn(&mut Rig)); 4] = [
+const RESTATED: [Restated; 4] = [
     ("half the noise", |rig| restate_noise(rig, 0.5)),
     ("twice the noise", |rig| restate_noise(rig, 2.0)),
     ("a third of the deviations", |rig| {
@@ -126,7 +129,7 @@ fn misled_by_the_sheet(axis: &str) -> Vec<String> {
         return Vec::new();
     };
     let truth = Truth::read(&folder).unwrap();
-    let misled = |(what, restate): &(&str, fn(&mut Rig))| {
+    let misled = |(what, restate): &Restated| {
         let verdict = tests::diagnosed_with(&folder, restate).verdict;
         println!("{axis}, {what}: {}", verdict.sentence);
         let verdict = serde_json::to_value(&verdict).unwrap();

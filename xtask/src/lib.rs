@@ -14,6 +14,7 @@
 //! - `faults`: the fault campaign and its generated tables
 //! - `image` and `artefact`: building the images that boards run; as files for flashing tools
 //! - `qemu` and `plant`: the firmware in QEMU, and an axis at its serial line
+//! - `emulate`: the board's image on modelled registers
 //! - `size`, `call_graph`, `thumb`: what the images cost, and that control cannot panic
 //! - `profile`: where the control task's instructions go
 //! - `demo`: the demonstration report
@@ -26,6 +27,7 @@ mod checks;
 mod chip;
 mod control;
 mod demo;
+pub mod emulate;
 mod estimates;
 mod evidence;
 mod faults;
@@ -67,6 +69,8 @@ cargo xtask <task>
                           for the valve behind 16 bits, for more ticks a second than 1000
   qemu --serial 127.0.0.1:PORT [--rig RIG.toml] [--seconds N]
                           the firmware in QEMU, waiting for a plant that connects
+  emulate [--ticks N] [--plant PORT] [...]
+                          the STM32F405's image on modelled registers; tests/emulator
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
                           or made the snapshot
        [--where]          whose the control task's instructions are, and the tasks' stacks
@@ -99,6 +103,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("trial", options) => trial::run(options),
         ("image", choices) => artefact::run(choices),
         ("qemu", options) => qemu::run(options),
+        ("emulate", options) => emulate::run(options),
         ("size", options) => size::run(options),
         _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),
     }

@@ -2,6 +2,7 @@
 
 use crate::apt;
 use crate::chip::{self, CoreForChip, TARGET};
+use crate::emulate;
 use crate::shell::{self, Outcome, cargo, command};
 
 /// QEMU for Arm: the program and Debian's package have one name.
@@ -28,6 +29,7 @@ pub fn prepare() -> Vec<String> {
         missing.push(advice_for_core());
     }
     missing.extend(prepare_qemu());
+    missing.extend(prepare_emulator());
     for paragraph in &missing {
         println!("setup: MISSING: {paragraph}");
     }
@@ -67,6 +69,18 @@ fn prepare_qemu() -> Option<String> {
             apt::install_line(&[QEMU])
         )
     })
+}
+
+/// `Some` advice if the emulator of the board could not be made.
+fn prepare_emulator() -> Option<String> {
+    if emulate::is_there() {
+        println!("setup: emulator: found");
+        return None;
+    }
+    println!("setup: emulator: missing, asking PyPI");
+    emulate::need_emulator()
+        .err()
+        .map(|failure| failure.to_string())
 }
 
 /// Whether QEMU for Arm can be started.

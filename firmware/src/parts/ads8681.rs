@@ -99,6 +99,8 @@ impl<Device: SpiDevice, Delay: DelayNs> Ads8681<Device, Delay> {
     ///
     /// The bus did not carry it.
     pub fn configure(&mut self) -> Result<(), Device::Error> {
+        // The end of whatever frame was the last has begun a conversion.
+        self.delay.delay_ns(CONVERSION_NS);
         self.write(RANGE_SELECT, u16::from(self.span.range()))?;
         self.write(DATA_OUT_CONTROL, SEND_SUPPLY_FLAGS_AND_RANGE)
     }

@@ -1,0 +1,177 @@
+//! The very image that is flashed, on an emulator with modelled registers (`tests/emulator`): its
+//! own converters' code runs, keeps the rules of the chip, closes the loop to the byte of the host's
+//! twin, and meets every fault of the board as the fault list says.
+//!
+//! Without the emulator these tests say so and pass; in continuous integration they fail.
+
+use host_sim::closed_loop::{Course, RemoteController, control_task, run, transcript};
+use host_sim::motion::{Limits, Motion, Segment};
+use host_sim::plant::{Plant, PlantSettings};
+use host_sim::rig::Rig;
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use xtask::{emulate, image};
+
+/// The image; none where there is no emulator.
+fn flashed() -> Option<PathBuf> {
+    if let Err(failure) = emulate::need_emulator() {
+        assert!(std::env::var_os("CI").is_none(), "{failure}");
+        println!("SKIPPED: the emulator of the board: {failure}");
+        return None;
+    }
+    Some(image::build(image::STM32F405).expect("the image builds"))
+}
+
+/// What came of a run with these options.
+fn outcome(image: &Path, options: &[&str]) -> Value {
+    let folder = tempfile::tempdir().expect("a folder");
+    let json = folder.path().join("outcome.json");
+    let mut emulation = emulate::emulation(image, options);
+    let output = emulation.arg("--json").arg(&json).output();
+    let output = output.expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let text = std::fs::read_to_string(&json).unwrap_or_else(|_| panic!("{options:?}: {said}"));
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn keeps_the_rules(outcome: &Value, what: &str) {
+    let misuses = outcome["misuses"].as_object().expect("a table");
+    assert!(misuses.is_empty(), "{what}: {misuses:?}");
+    assert_eq!(outcome["damaged_frames"], 0, "{what}");
+}
+
+const GIVEN: &str = "valve given to the converter";
+const AT_MIDDLE: &str = "valve at the middle of the hardware";
+
+#[test]
+fn val_the_image_boots_by_the_rules_and_gives_the_valve_away_last() {
+    let Some(image) = flashed() else { return };
+    // The position converter may have its supply 15 ms later than the chip.
+    for late in ["0", "15e6"] {
+        let outcome = outcome(&image, &["--ticks", "120", "--position-ready-ns", late]);
+        keeps_the_rules(&outcome, late);
+        assert_eq!(outcome["ended"], Value::Null, "{outcome}");
+        assert_eq!(outcome["fault"], serde_json::json!([0, 0]), "{outcome}");
+        assert_eq!(outcome["valve"], serde_json::json!([GIVEN]));
+        let middle = outcome["commands"].as_array().expect("a list");
+        assert!(middle.iter().all(|code| *code == 2048), "{middle:?}");
+        let first_us = outcome["first_command_us"].as_f64().expect("a time");
+        assert!(first_us < 35e3, "{first_us}");
+        let longest = outcome["watchdog_longest"].as_f64().expect("a share");
+        assert!(longest < 0.6, "{longest}");
+    }
+}
+
+/// A fault at the registers: what is done, code and detail, and where the valve is in the end.
+type Injected = (&'static [&'static str], [u8; 2], &'static str);
+
+const INJECTED: [Injected; 9] = [
+    (&["--no-crystal"], [17, 0], GIVEN),
+    (&["--no-pll"], [17, 1], GIVEN),
+    (&["--reset-flags", "0x24000000"], [16, 0], GIVEN),
+    (&["--reset-flags", "0x06000000"], [18, 0], GIVEN),
+    (&["--position-open-at", "50"], [1, 0], GIVEN),
+    (&["--dma-error-at", "50"], [1, 1], GIVEN),
+    (&["--valve-shorted-at", "50"], [15, 1], AT_MIDDLE),
+    (&["--lost-trigger", "50"], [9, 1], AT_MIDDLE),
+    (&["--lost-transfer", "50"], [9, 1], AT_MIDDLE),
+];
+
+#[test]
+fn val_faults_at_the_registers_are_said_and_shut_the_valve() {
+    let Some(image) = flashed() else { return };
+    for (done, fault, valve) in INJECTED {
+        let outcome = outcome(&image, &[&["--ticks", "130"], done].concat());
+        keeps_the_rules(&outcome, done[0]);
+        assert_eq!(
+            outcome["fault"],
+            serde_json::json!(fault),
+            "{done:?}: {outcome}"
+        );
+        let last = outcome["valve"].as_array().and_then(|all| all.last());
+        assert_eq!(last, Some(&Value::from(valve)), "{done:?}");
+        let commands = outcome["commands"].as_array().expect("a list");
+        assert!(commands.iter().all(|code| *code == 2048), "{done:?}");
+    }
+}
+
+/// A converter that does not put out the middle never gets the valve; a crystal that stops while
+/// the board runs resets it.
+#[test]
+fn val_a_dead_converter_gets_no_valve_and_a_dead_crystal_resets() {
+    let Some(image) = flashed() else { return };
+    let dead = outcome(&image, &["--ticks", "60", "--dac-stuck-at", "0"]);
+    assert_eq!(dead["fault"], serde_json::json!([15, 0]), "{dead}");
+    assert_eq!(dead["valve"], serde_json::json!([]), "{dead}");
+    let stopped = outcome(&image, &["--ticks", "130", "--crystal-stops-at", "50"]);
+    assert_eq!(stopped["ended"], "the program resets the chip", "{stopped}");
+    let last = stopped["valve"].as_array().and_then(|all| all.last());
+    assert_eq!(last, Some(&Value::from(AT_MIDDLE)), "{stopped}");
+}
+
+#[test]
+fn val_the_flash_image_closes_the_loop_to_the_byte_of_its_twin() {
+    let segments = [
+        Segment::Hold { seconds: 0.2 },
+        Segment::Move { to_m: 0.1 },
+        Segment::Sine {
+            amplitude_m: 0.03,
+            frequency_hz: 2.0,
+            periods: 2,
+        },
+    ];
+    closes_the_loop(&Motion::new(0.0, Limits::BRISK, &segments), 2_000);
+}
+
+#[test]
+#[ignore = "long: cargo xtask test --all"]
+fn val_the_flash_image_closes_the_loop_for_a_minute() {
+    let ticks = 60_000;
+    let motion = Motion::mixed().repeated(f64::from(ticks) * PlantSettings::TICK_S);
+    closes_the_loop(&motion, ticks);
+}
+
+/// The image has no settings: its axis is the paper's.
+fn closes_the_loop(motion: &Motion, ticks: u32) {
+    let Some(image) = flashed() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let seen = folder.path().join("seen.transcript");
+    let mut emulation = emulate::emulation(&image, &["--ticks", "1000000", "--plant", "0"]);
+    emulation.arg("--transcript").arg(&seen);
+    let child = emulation.stdout(Stdio::piped()).spawn();
+    let mut child = child.expect("it starts");
+    let mut said = BufReader::new(child.stdout.take().expect("it is piped"));
+    let mut line = String::new();
+    said.read_line(&mut line).expect("it says where it waits");
+    let address = line.trim().rsplit(' ').next().expect("an address");
+    let stream = TcpStream::connect(address).unwrap_or_else(|error| panic!("{line}: {error}"));
+
+    let paper = include_str!("../../host-sim/rigs/paper.toml");
+    let paper = Rig::parse(paper, "paper.toml").expect("the paper's rig");
+    let course = Course {
+        motion: motion.clone(),
+        ticks,
+    };
+    let mut plant = Plant::new(&paper, PlantSettings::at(0.0, 1)).expect("a plant");
+    let mut board = RemoteController::greet(stream).expect("the image greets");
+    let driven = run(&mut plant, &mut board, &course).expect("a run");
+    let line = board.end().expect("the run ends");
+    let status = child.wait().expect("it ends");
+    drop(line);
+    assert!(
+        status.success(),
+        "a rule of the chip was broken: cargo xtask emulate"
+    );
+    assert!(driven.first_fault().is_none());
+    let furthest_m = driven.rows.iter().map(|row| row.truth.position_m.abs());
+    assert!(furthest_m.fold(0.0, f64::max) > 0.09, "it moves");
+
+    let seen = std::fs::File::open(&seen).expect("the transcript");
+    let twin = control_task(&paper).expect("a controller");
+    let replay = transcript::replay(seen, twin).expect("a transcript");
+    assert_eq!(replay.differences, 0, "{:?}", replay.first_difference);
+    assert!(replay.ticks + 1 >= u64::from(ticks), "{}", replay.ticks);
+}
