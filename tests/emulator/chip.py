@@ -152,7 +152,7 @@ class FlashUnit(Unit):
 
     def read(self, offset):
         if offset == self.SR:
-            self._undo()
+            self.settle()
         if offset == self.CR:
             return self.held[offset] | (self.LOCK if self.is_locked else 0)
         return self.held[offset]
@@ -211,7 +211,6 @@ class FlashUnit(Unit):
         if self._part_done() < 1:
             # Power fails while the word is written: some of its bits are.
             self.undone.append((address, struct.pack("<I", old & (value | 0x00FF_FF00))))
-            self._undo()
         chip.core.wait(16e3)
         self._count()
 
@@ -223,7 +222,8 @@ class FlashUnit(Unit):
         if self.operations == self.chip.options.cut_at:
             raise_later(self.chip, "power is cut")
 
-    def _undo(self):
+    def settle(self):
+        """What was stored and did not take, or not as a whole, is put right."""
         for address, data in self.undone:
             self.chip.core.engine.mem_write(address, data)
         self.undone.clear()
@@ -785,7 +785,15 @@ class Chip:
         self.units = [one for one in vars(self).values() if isinstance(one, Unit)]
         self.fresh = {}
         self.core = Core(image, self)
+        if options.slots:
+            with open(options.slots, "rb") as file:
+                self.core.engine.mem_write(SECTORS[2], file.read(2 * SLOT_BYTES))
         world.chip = self
+
+    def slots(self):
+        """The bytes of both slots of settings."""
+        self.flash.settle()
+        return bytes(self.core.engine.mem_read(SECTORS[2], 2 * SLOT_BYTES))
 
     # notes
 

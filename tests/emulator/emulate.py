@@ -73,6 +73,30 @@ class World:
         return tuple(self.statuses[-1][3:5]) if self.statuses else None
 
 
+class Sender(World):
+    """Sends payloads over the serial line, each when the one before was answered."""
+
+    def __init__(self, path):
+        super().__init__()
+        with open(path, encoding="ascii") as file:
+            self.waiting = [bytes.fromhex(line) for line in file.read().split()]
+        self.answers = []
+
+    def begins(self):
+        # After the greeting's last byte, and when the observer has settled.
+        self.chip.core.after(2e7, self._next)
+
+    def _next(self):
+        if self.waiting:
+            self.chip.usart.send(link.encode(self.waiting.pop(0)))
+
+    def told(self, payload):
+        super().told(payload)
+        if payload[0] not in (link.HELLO, link.STATUS, link.TICK):
+            self.answers.append(payload.hex())
+            self._next()
+
+
 class Plant(World):
     """The plant of `pneuma loop --connect`: the image is in the controller's place."""
 
@@ -148,6 +172,9 @@ def arguments():
     parser.add_argument("--ticks", type=int, default=200)
     parser.add_argument("--plant", type=int, metavar="PORT", help="wait for `pneuma loop --connect` here, 0 for any port")
     parser.add_argument("--transcript", help="write what the board saw and answered here")
+    parser.add_argument("--send", metavar="FILE", help="payloads for the serial line, a line of hexadecimal digits each")
+    parser.add_argument("--slots", metavar="FILE", help="what the two slots of settings hold at the start")
+    parser.add_argument("--slots-out", metavar="FILE", help="write what they hold in the end here")
     parser.add_argument("--json", help="write the outcome here")
     fault = parser.add_argument_group("what goes wrong; at a tick where a number is asked for")
     fault.add_argument("--no-crystal", action="store_true")
@@ -187,7 +214,10 @@ def injected(chip, options):
 def main():
     """Runs, and says what came of it."""
     options = arguments()
-    world = World() if options.plant is None else Plant(options.plant)
+    if options.plant is not None:
+        world = Plant(options.plant)
+    else:
+        world = Sender(options.send) if options.send else World()
     chip = Chip(options.image, world, options)
     look = injected(chip, options)
     begin = time.process_time()
@@ -216,7 +246,12 @@ def main():
         "simulated_s": core.now() / 1e9,
         "cpu_s": cpu_s,
         "flash_operations": chip.flash.operations,
+        "answers": getattr(world, "answers", []),
+        "has_built_in_settings": bool(world.statuses[-1][10]) if world.statuses else None,
     }
+    if options.slots_out:
+        with open(options.slots_out, "wb") as file:
+            file.write(chip.slots())
     if options.transcript:
         world.write_transcript(options.transcript)
     if options.json:
