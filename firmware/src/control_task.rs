@@ -63,6 +63,13 @@ pub struct Command {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotAtRest;
 
+/// By how much more slowly the observer follows the pressures at each step of calming: with lags
+/// of 5 and of 10 ms, 40 and 8 per second hold the axis to 0.02 mm (docs/settings.md).
+const CALMER: f32 = 0.2;
+
+/// A load at rest is no faster, m/s: what offset and noise of a velocity sensor show.
+const AT_REST_M_PER_S: f32 = 0.02;
+
 /// The middle of the valve's scale, where a null that is no number is taken to
 /// be: no setting, checked or not, may ever open the valve in a fault.
 const MIDDLE_V: f32 = 5.0;
@@ -75,6 +82,8 @@ pub struct ControlTask {
     shaper: CommandShaper,
     supervisor: Supervisor,
     estimate: Estimate<f32>,
+    /// Velocity of the last sample, m/s.
+    velocity_m_per_s: f32,
 }
 
 impl ControlTask {
@@ -96,13 +105,17 @@ impl ControlTask {
                 friction_n: 0.0,
                 disturbance_n: 0.0,
             },
+            velocity_m_per_s: 0.0,
         }
     }
 
     /// Swaps the controller; its memory begins anew at the next tick. Only where
-    /// the valve is at its null anyway: in the states idle and fault.
+    /// the valve is at its null anyway: in the state idle while the load stands, and in the state
+    /// fault, in which a board may have no sensors yet that could say so.
     pub fn replace_controller(&mut self, controller: Controller<f32>) -> Result<(), NotAtRest> {
+        let stands = self.velocity_m_per_s.abs() < AT_REST_M_PER_S;
         match self.supervisor.state() {
+            State::Idle if !stands => Err(NotAtRest),
             State::Idle | State::Fault => {
                 self.supervisor.replace_axis(controller.axis());
                 self.controller = controller;
@@ -169,6 +182,7 @@ impl ControlTask {
             fault_tick: self.supervisor.fault_tick(),
             reset_cause,
             has_built_in_settings,
+            calmed: self.supervisor.calmed(),
             counters: *self.supervisor.counters(),
         }
     }
@@ -176,6 +190,7 @@ impl ControlTask {
     /// One tick.
     pub fn tick(&mut self, sample: &Sample) -> Command {
         let measured = sample.codes.measurements();
+        self.velocity_m_per_s = measured.velocity_m_per_s;
         let axis = self.controller.axis();
         let asked = match self.supervisor.step(axis, sample, &measured) {
             State::Fault => {
@@ -189,8 +204,12 @@ impl ControlTask {
         if let (State::Track, Some(command_v)) = (self.supervisor.state(), asked) {
             let dt_s = self.controller.axis().dt_s;
             let time = (dt_s, sample.tick);
-            self.supervisor
-                .watch_command(&sample.reference, command_v - null_v, time);
+            let is_swinging =
+                self.supervisor
+                    .watch_command(&sample.reference, command_v - null_v, time);
+            if is_swinging {
+                self.controller.follow_pressures_slower(CALMER);
+            }
         }
         let is_tracking = self.supervisor.state() == State::Track;
         let command_v = if is_tracking {

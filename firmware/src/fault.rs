@@ -205,9 +205,10 @@ pub const DESCRIPTIONS: [Description; 21] = [
     Description {
         fault: Fault::SettingsDamaged,
         name: "settings damaged",
-        seen: "at start: no settings slot has a valid CRC; a board whose slots are both blank has \
-               no fault: it starts with the built-in settings and its status says so",
-        detail: "0",
+        seen: "at start: no settings slot has a valid CRC, or the newest record has none and an \
+               older one is in use; a board whose slots are both blank has no fault: it starts \
+               with the built-in settings and its status says so",
+        detail: "0 none, 1 older settings in use",
         remedy: "write the settings anew: `pneuma settings`",
     },
     Description {
@@ -273,7 +274,7 @@ pub const DESCRIPTIONS: [Description; 21] = [
         name: "wrong polarity",
         seen: "from a start until the axis has answered once: the valve opens and the other \
                chamber's pressure rises, or the load moves against the force of its gas",
-        detail: "0 valve, tubes or gauges; 1 position; 2 velocity",
+        detail: "0 valve or tubes or gauges, 1 position, 2 velocity",
         remedy: "0: exchange the valve's tubes or reverse feeds_a_when of the rig, unless both \
                  gauges are exchanged; 1, 2: reverse the sign of the position, of the velocity; \
                  with tubes and gauges exchanged together, of both",

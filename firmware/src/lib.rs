@@ -26,6 +26,7 @@ extern crate std;
 pub mod codes;
 pub mod control_task;
 pub mod cost;
+pub mod crash;
 pub mod fault;
 pub mod frame;
 pub mod link;

@@ -14,6 +14,7 @@ mod board;
 
 use board::{Board, Chosen};
 use core::panic::PanicInfo;
+use firmware::crash::Crash;
 
 /// Shorthand for the parts of the board that this image is for.
 mod part {
@@ -31,12 +32,13 @@ mod app {
     use super::part;
     use crate::board::{
         Axis, Board, Chosen, Parts, SerialIn, SerialOut, Stopwatch, Watchdog, device, keep,
-        take_kept,
+        kept_crash, take_kept,
     };
     use core::mem::MaybeUninit;
     use firmware::codes::{AdcCodes, DacCode};
     use firmware::control_task::{Command, ControlTask, Sample, State};
     use firmware::cost::{Cost, Report};
+    use firmware::crash::{self, Crash};
     use firmware::fault::Fault;
     use firmware::frame::{self, Decoder, Received};
     use firmware::link::{self, FromPlant, Order, Payload};
@@ -107,6 +109,8 @@ mod app {
     pub struct Started {
         reset_cause: ResetCause,
         has_built_in_settings: bool,
+        /// Where the program crashed last.
+        crash: Option<Crash>,
     }
 
     // What is large lies where it stays from the beginning: this function's stack
@@ -177,6 +181,7 @@ mod app {
             started: Started {
                 reset_cause,
                 has_built_in_settings,
+                crash: kept_crash(),
             },
         };
         (shared, local)
@@ -390,18 +395,23 @@ mod app {
         }
     }
 
-    /// The answer to a frame about settings or telemetry; `None` to any other.
+    /// The answer to a frame about settings, telemetry or a crash; `None` to any other.
     fn answer(
         request: &[u8],
         local: &mut transmit::LocalResources<'_>,
         shared: &mut transmit::SharedResources<'_>,
     ) -> Option<Payload> {
-        if let Some(decimation) = telemetry::read_stream(request) {
+        if let Some(wish) = telemetry::read_stream(request) {
+            let period_ns = Chosen::TICK_PERIOD_NS;
+            let decimation = telemetry::granted_decimation(wish, period_ns, Chosen::BAUD);
             shared.tap.lock(|tap| tap.set_decimation(decimation));
             return Some(telemetry::streaming(Streaming {
                 decimation,
                 tick_period_ns: Chosen::TICK_PERIOD_NS,
             }));
+        }
+        if crash::is_asked(request) {
+            return Some(crash::told(local.started.crash.as_ref()));
         }
         let has_built_in_settings = &mut local.started.has_built_in_settings;
         local.transfer.serve(request, local.slots, |controller| {
@@ -440,7 +450,11 @@ mod app {
 
 /// A defect outside the control path, which holds no panic.
 #[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
+fn panic(info: &PanicInfo) -> ! {
+    let place = info.location();
+    board::keep_crash(place.map_or_else(Crash::default, |place| {
+        Crash::at(place.file(), place.line())
+    }));
     panicked()
 }
 

@@ -8,7 +8,9 @@ use crate::start::ResetCause;
 /// First byte of a status payload.
 pub const KIND: u8 = 0x40;
 /// Version of the status payload.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
+/// The one before, without how often the loop was calmed.
+const VERSION_1: u8 = 1;
 
 /// What is counted since the start; every counter stays at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,11 +71,13 @@ pub struct Status {
     pub has_built_in_settings: bool,
     /// Counters.
     pub counters: Counters,
+    /// How many times the loop swung and was calmed, since it has its settings.
+    pub calmed: u8,
 }
 
 impl Status {
     /// Kind, version, state, fault (0: none), detail, u32 tick of the fault,
-    /// reset cause, 1 for built-in settings, u32 x5 counters; little-endian.
+    /// reset cause, 1 for built-in settings, u32 x5 counters, times calmed; little-endian.
     pub fn payload(&self) -> Payload {
         let mut payload = Payload::new();
         let (fault, detail) = self.finding.map_or((0, 0), parts);
@@ -89,13 +93,18 @@ impl Status {
         for count in self.counters.to_array() {
             put(&mut payload, &count.to_le_bytes());
         }
+        put(&mut payload, &[self.calmed]);
         payload
     }
 
     /// Reads a status report; `None` where it is none or one of another version.
     pub fn read(payload: &[u8]) -> Option<Self> {
         let mut fields = Fields(payload);
-        if fields.u8()? != KIND || fields.u8()? != VERSION {
+        if fields.u8()? != KIND {
+            return None;
+        }
+        let version = fields.u8()?;
+        if version != VERSION && version != VERSION_1 {
             return None;
         }
         let status = Self {
@@ -111,6 +120,7 @@ impl Status {
                 fields.u32()?,
                 fields.u32()?,
             ]),
+            calmed: if version == VERSION { fields.u8()? } else { 0 },
         };
         fields.end(status)
     }
@@ -148,14 +158,26 @@ mod tests {
             overruns: 4,
             faults: 5,
         },
+        calmed: 1,
     };
 
     #[test]
     fn prop_a_status_comes_back() {
         let payload = STATUS.payload();
-        assert_eq!(payload.len(), 31);
+        assert_eq!(payload.len(), 32);
         assert_eq!(Status::read(&payload), Some(STATUS));
-        assert_eq!(Status::read(&payload[..30]), None);
+        assert_eq!(Status::read(&payload[..31]), None);
+        let mut of_before = payload.clone();
+        of_before.truncate(31);
+        of_before[1] = VERSION_1;
+        let read = Status::read(&of_before);
+        assert_eq!(
+            read,
+            Some(Status {
+                calmed: 0,
+                ..STATUS
+            })
+        );
         let sound = Status {
             state: State::Track,
             finding: None,

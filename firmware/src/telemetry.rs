@@ -147,6 +147,15 @@ pub fn least_decimation(tick_period_ns: u32, baud: u32) -> u16 {
     u16::try_from(frame_ns.div_ceil(share)).unwrap_or(u16::MAX)
 }
 
+/// The decimation that a wish gets: what the wire carries at least, 0 to stop. The answer says it.
+pub fn granted_decimation(wish: u16, tick_period_ns: u32, baud: u32) -> u16 {
+    if wish == 0 {
+        0
+    } else {
+        wish.max(least_decimation(tick_period_ns, baud))
+    }
+}
+
 /// A record as a payload.
 pub fn tick(record: &Record) -> Payload {
     let mut payload = Payload::new();
@@ -340,5 +349,8 @@ mod tests {
         assert_eq!(least_decimation(1_000_000, 921_600), 1);
         assert_eq!(least_decimation(125_000, 921_600), 5);
         assert_eq!(least_decimation(1_000_000, 115_200), 5);
+        assert_eq!(granted_decimation(1, 125_000, 921_600), 5);
+        assert_eq!(granted_decimation(7, 125_000, 921_600), 7);
+        assert_eq!(granted_decimation(0, 125_000, 921_600), 0);
     }
 }

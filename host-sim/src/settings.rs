@@ -6,7 +6,7 @@
 //! parameter that the settings have no place for cannot be lost in silence.
 //! What belongs to a sensor, a logger or a recording stays behind, and
 //! [`stays_behind`] says so. Gains that `[controller]` does not give are the
-//! standard ones.
+//! standard ones; a lag of the gauges slows the observer down.
 
 use crate::effects::{self, EffectParameter};
 use crate::gauge::GAIN_KEYS;
@@ -35,7 +35,6 @@ const NOT_ON_A_BOARD: &[(&str, &[&str], &str)] = &[
     ("pressure-sensor-offset", &[], OF_A_SENSOR),
     ("gauge-gain", &[], OF_A_SENSOR),
     ("unknown-reading", &[], OF_A_SENSOR),
-    ("pressure-sensor-lag", &[], OF_A_SENSOR),
     (
         "chamber-leakage",
         &["onset_s"],
@@ -319,10 +318,27 @@ fn chamber(chamber: &chamber::Chamber<f32>, leak: &ChamberLeakage<f32>) -> Chamb
 
 /// The standard gains, with those of the rig in their place; `None` where one of
 /// the rig's has none, which its reader rules out.
+/// The observer's gain on the pressures.
+const FOLLOWS_PRESSURES: &str = "observer_pressure_per_s";
+/// The observer takes the lag of a gauge for an error of its model: with gains of up to a fifth of
+/// the lag's rate an axis tracks and holds about lags of 1 to 10 ms as without, with a quarter it
+/// begins to swing at 2 ms (docs/settings.md, "Gauges that lag").
+const LAG_SHARE: f64 = 0.2;
+/// The least that settings admit, 1/s.
+const LEAST_PER_S: f64 = 1.0;
+
+/// The gains of `[controller]`, the standard ones where it is silent; about gauges that are known
+/// to lag the observer follows the pressures more slowly.
 fn gains(rig: &Rig) -> Option<Gains> {
     let mut gains = toml::Table::try_from(Gains::default()).ok()?;
     for (key, value) in &rig.controller {
         *gains.get_mut(key)? = toml::Value::Float(*value);
+    }
+    let lag_s = rig.value("effects.pressure-sensor-lag.time_constant_s");
+    if let Some(lag_s) = lag_s.filter(|_| !rig.controller.contains_key(FOLLOWS_PRESSURES)) {
+        let gain = gains.get_mut(FOLLOWS_PRESSURES)?;
+        let slower = (LAG_SHARE / lag_s).min(gain.as_float()?);
+        *gain = toml::Value::Float(slower.max(LEAST_PER_S));
     }
     gains.try_into().ok()
 }
@@ -411,6 +427,10 @@ mod tests {
     #[test]
     fn prop_every_effect_arrives_to_the_bit() {
         let mut rig = paper();
+        // A known lag of the gauges would slow the observer down.
+        let standard = Gains::default().observer_pressure_per_s;
+        rig.controller
+            .insert(FOLLOWS_PRESSURES.into(), f64::from(standard));
         for (name, parameter, value) in effects_of_the_axis() {
             let effect = rig.effects.entry(name.into()).or_default();
             effect.insert(parameter.key.into(), value);

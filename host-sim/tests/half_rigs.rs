@@ -60,9 +60,9 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Time constant of the declared leak, s: `V / (A Cd C1 R sqrt(T))` at a Cd of 0.82.
+/// Time constant of the declared leak, s: `V / (A C1 R sqrt(T))`, its area being the effective one.
 fn declared_tau_s() -> f64 {
-    0.01 / (1.0e-7 * 0.82 * 0.040_418 * 287.0 * 293.15_f64.sqrt())
+    0.01 / (1.0e-7 * 0.040_418 * 287.0 * 293.15_f64.sqrt())
 }
 
 #[test]

@@ -221,6 +221,13 @@ impl<R: Real> Observer<R> {
         }
     }
 
+    /// Follows the measured pressures more slowly, by this share: for gauges that are later than
+    /// anybody knew, whose innovations are their lag.
+    pub fn follow_pressures_slower(&mut self, share: R) {
+        self.shares.pressure = share * self.shares.pressure;
+        self.shares.edge_v_per_pa = share * self.shares.edge_v_per_pa;
+    }
+
     /// Memory for an axis at rest where the sensors say, the valve at its null.
     pub fn begin(&self, axis: &Axis<R>, measured: &Measurements<R>) -> ObserverState<R> {
         let wall_k = axis.pneumatics.ambient.temperature_k;

@@ -15,7 +15,9 @@ from core import FLASH, RAM, RAM_BYTES, Core, Stopped
 
 ADC_INTERRUPT, USART1_INTERRUPT, DMA2_STREAM0_INTERRUPT = 18, 37, 56
 SYSTICK = 15
-NON_MASKABLE = 2
+NON_MASKABLE, HARD_FAULT = 2, 3
+# How a run ends that the program ends.
+RESET = "the program resets the chip"
 INTERNAL_HZ, CRYSTAL_HZ = 16e6, 8e6
 FULL_SCALE_V = 10.0
 # What the amplifier's input still lacks when its voltage is sampled, at the most, V: a tenth of the
@@ -730,7 +732,7 @@ class System(Unit):
                         apply((offset - first) * 8 + bit)
                 return
         if offset == self.AIRCR and value == 0x05FA_0004:
-            raise Stopped("the program resets the chip")
+            raise Stopped(RESET)
         self.held[offset] = value
         if offset == self.CONTROL:
             self.timer += 1

@@ -11,10 +11,12 @@ import sys
 import time
 
 import link
-from chip import Chip
-from core import Stopped
+from chip import HARD_FAULT, RESET, Chip
+from core import RAM, RAM_BYTES
 
 NEVER = 1 << 40
+# Reset flags of a reset that the program asked for (RM0090 7.3.21).
+SOFTWARE_RESET = 0x1400_0000
 # Ticks between questions for the status.
 ASKED_EVERY = 40
 # A plant that says nothing for so long has gone.
@@ -31,6 +33,7 @@ class World:
         self.codes = codes
         self.frames = link.Frames()
         self.commands, self.records, self.statuses = [], [], []
+        self.crash = None
         self.first_command_us = None
 
     def position(self):
@@ -49,6 +52,8 @@ class World:
         """A tick has begun."""
         if self.chip.ticks % ASKED_EVERY == 0:
             self.chip.usart.send(link.encode(bytes([link.ASK_STATUS])))
+        elif self.chip.ticks % ASKED_EVERY == 20:
+            self.chip.usart.send(link.encode(bytes([link.ASK_CRASH])))
 
     def commanded(self, code):
         """The converter's register was written."""
@@ -67,6 +72,8 @@ class World:
             self.statuses.append(payload)
         elif payload[0] == link.TICK:
             self.records.append(payload)
+        elif payload[0] == link.CRASH:
+            self.crash = payload
 
     def fault(self):
         """Code and detail of the last status."""
@@ -92,7 +99,7 @@ class Sender(World):
 
     def told(self, payload):
         super().told(payload)
-        if payload[0] not in (link.HELLO, link.STATUS, link.TICK):
+        if payload[0] not in (link.HELLO, link.STATUS, link.TICK, link.CRASH):
             self.answers.append(payload.hex())
             self._next()
 
@@ -180,6 +187,7 @@ def arguments():
     fault.add_argument("--no-crystal", action="store_true")
     fault.add_argument("--no-pll", action="store_true")
     fault.add_argument("--crystal-stops-at", type=int, default=NEVER)
+    fault.add_argument("--hard-fault-at", type=int, default=NEVER, help="the processor raises a hard fault; the board starts again")
     fault.add_argument("--position-open-at", type=int, default=NEVER)
     fault.add_argument("--position-ready-ns", type=float, default=0.0)
     fault.add_argument("--dac-stuck-at", type=int, default=NEVER)
@@ -204,11 +212,23 @@ def injected(chip, options):
         if chip.ticks >= options.crystal_stops_at and "crystal" not in happened:
             happened.add("crystal")
             chip.rcc.lose_crystal()
+        if chip.ticks >= options.hard_fault_at and "hard fault" not in happened:
+            happened.add("hard fault")
+            chip.core.pend(HARD_FAULT)
         if chip.ticks >= options.dma_error_at and "dma" not in happened:
             happened.add("dma")
             chip.dma.raise_flag(0, 8)
 
     return look
+
+
+def started_again(chip, world, options):
+    """The chip after a reset by its program: memory stays, everything else begins anew."""
+    options.reset_flags, options.hard_fault_at = SOFTWARE_RESET, NEVER
+    again = Chip(options.image, world, options)
+    again.core.engine.mem_write(RAM, bytes(chip.core.engine.mem_read(RAM, RAM_BYTES)))
+    again.misuses.update(chip.misuses)
+    return again
 
 
 def main():
@@ -227,6 +247,9 @@ def main():
         return chip.ticks > options.ticks
 
     ended = chip.core.run(is_over)
+    if options.hard_fault_at != NEVER and ended == RESET:
+        chip = started_again(chip, world, options)
+        ended = chip.core.run(lambda: chip.ticks > options.ticks)
     cpu_s = time.process_time() - begin
     core = chip.core
     steady = sorted(chip.costs[20:]) or [0]
@@ -245,6 +268,7 @@ def main():
         "instructions": core.instructions,
         "simulated_s": core.now() / 1e9,
         "cpu_s": cpu_s,
+        "crash": world.crash.hex() if world.crash else None,
         "flash_operations": chip.flash.operations,
         "answers": getattr(world, "answers", []),
         "has_built_in_settings": bool(world.statuses[-1][10]) if world.statuses else None,

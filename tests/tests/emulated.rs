@@ -4,6 +4,7 @@
 //!
 //! Without the emulator these tests say so and pass; in continuous integration they fail.
 
+use firmware::crash;
 use firmware::link::Payload;
 use firmware::settings::{Settings, record, transfer};
 use host_sim::closed_loop::{Course, RemoteController, control_task, run, transcript};
@@ -176,6 +177,21 @@ fn closes_the_loop(motion: &Motion, ticks: u32) {
     let replay = transcript::replay(seen, twin).expect("a transcript");
     assert_eq!(replay.differences, 0, "{:?}", replay.first_difference);
     assert!(replay.ticks + 1 >= u64::from(ticks), "{}", replay.ticks);
+}
+
+/// A crash is kept over the reset that it ends in, says where it was, and leaves the valve shut.
+#[test]
+fn val_a_crash_is_told_after_the_reset() {
+    let Some(image) = flashed() else { return };
+    let outcome = outcome(&image, &["--ticks", "130", "--hard-fault-at", "50"]);
+    keeps_the_rules(&outcome, "crash");
+    assert_eq!(outcome["fault"], serde_json::json!([16, 2]), "{outcome}");
+    let digits = outcome["crash"].as_str().expect("it was told");
+    let bytes = (0..digits.len()).step_by(2);
+    let byte = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16).expect("digits");
+    let told: Vec<u8> = bytes.map(byte).collect();
+    let crash = crash::read(&told).expect("an answer").expect("a crash");
+    assert!((0x0800_0000..0x0810_0000).contains(&crash.pc), "{crash:x?}");
 }
 
 /// Null of the settings that are in use, of those before them, and of those that are sent, V.

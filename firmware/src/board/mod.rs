@@ -38,7 +38,7 @@ pub use stm32f405::{Stm32f405 as Chosen, device};
 #[cfg(not(any(feature = "mps2", feature = "stm32f405")))]
 compile_error!("choose a board: --features mps2, or stm32f405");
 
-pub use kept::{keep, take_kept};
+pub use kept::{keep, keep_crash, kept_crash, take_kept};
 
 /// Converters and valve.
 pub trait Axis {
@@ -124,6 +124,8 @@ pub trait Board: Sized {
 
     /// Time between samples.
     const TICK_PERIOD_NS: u32;
+    /// Bits a second of the serial line.
+    const BAUD: u32;
     /// How fine the valve's converter is.
     const VALVE_CONVERTER: ValveConverter;
     /// Whether a plant at the serial line waits for each command.

@@ -24,6 +24,8 @@ pub struct Field {
     pub lowest: f32,
     /// The most that is admitted.
     pub highest: f32,
+    /// Nought is admitted beside the range: it switches off what the number belongs to.
+    pub or_none: bool,
 }
 
 /// Why settings make no controller.
@@ -60,11 +62,14 @@ impl fmt::Display for SettingsFault {
         match self {
             Self::NotFinite(name) => write!(out, "{name}: is no finite number"),
             Self::NonPositive(name) => write!(out, "{name}: expected a number above 0"),
-            Self::OutOfRange(field) => write!(
-                out,
-                "{}: {} is out of range, expected {} to {}",
-                field.name, field.value, field.lowest, field.highest
-            ),
+            Self::OutOfRange(field) => {
+                let or_none = if field.or_none { ", or 0" } else { "" };
+                write!(
+                    out,
+                    "{}: {} is out of range, expected {} to {}{or_none}",
+                    field.name, field.value, field.lowest, field.highest
+                )
+            }
             Self::Table(name, fault) => write_table_fault(out, name, fault),
             Self::Contradiction(name, problem) => write!(out, "{name}: {problem}"),
         }
@@ -94,7 +99,10 @@ impl Field {
         if !self.value.is_finite() {
             return Err(SettingsFault::NotFinite(self.name));
         }
-        if self.value <= 0.0 && self.lowest > 0.0 {
+        if self.or_none && self.value == 0.0 {
+            return Ok(());
+        }
+        if self.value <= 0.0 && self.lowest > 0.0 && !self.or_none {
             return Err(SettingsFault::NonPositive(self.name));
         }
         if self.value < self.lowest || self.value > self.highest {
@@ -152,8 +160,22 @@ pub(super) const fn field(name: &'static str, value: f32, lowest: f32, highest: 
         value,
         lowest,
         highest,
+        or_none: false,
     }
 }
+
+/// A number that switches something off where it is nought. Next to nothing is neither: what
+/// divides by it is infinite.
+pub(super) const fn or_none(name: &'static str, value: f32, lowest: f32, highest: f32) -> Field {
+    Field {
+        or_none: true,
+        ..field(name, value, lowest, highest)
+    }
+}
+
+/// Openings and areas of a valve's table, V and m2, are no larger.
+const MOST_OPENING_V: f32 = 100.0;
+const MOST_AREA_M2: f32 = 0.1;
 
 impl Settings {
     /// Shows every number to a visitor, the points of the valve's table apart.
@@ -177,9 +199,9 @@ impl Settings {
             field("valve.exhaust_area_scale", valve.exhaust_area_scale, 0.01, 100.0),
             field("command_path.delay_s", command_path.delay_s, 0.0, 0.1),
             field("command_path.hysteresis_width_v", command_path.hysteresis_width_v, 0.0, 5.0),
-            field("command_path.rising_v_per_s", command_path.rising_v_per_s, 0.0, 1e6),
-            field("command_path.falling_v_per_s", command_path.falling_v_per_s, 0.0, 1e6),
-            field("command_path.natural_frequency_hz", command_path.natural_frequency_hz, 0.0, 1e4),
+            or_none("command_path.rising_v_per_s", command_path.rising_v_per_s, 1.0, 1e6),
+            or_none("command_path.falling_v_per_s", command_path.falling_v_per_s, 1.0, 1e6),
+            or_none("command_path.natural_frequency_hz", command_path.natural_frequency_hz, 1.0, 1e4),
             field("command_path.damping_ratio", command_path.damping_ratio, 0.0, 20.0),
             field(
                 "chambers.heat_transfer_charging_w_per_m2_k",
@@ -196,7 +218,7 @@ impl Settings {
         chamber_fields(chamber_a, &CHAMBER_A).into_iter().for_each(&mut *visitor);
         chamber_fields(chamber_b, &CHAMBER_B).into_iter().for_each(&mut *visitor);
         for one in [
-            field("tube.length_m", tube.length_m, 0.0, 50.0),
+            or_none("tube.length_m", tube.length_m, 1e-3, 50.0),
             field("tube.diameter_m", tube.diameter_m, 1e-4, 0.1),
             field("carriage.mass_kg", carriage.mass_kg, 0.01, 1e4),
             field("carriage.external_force_n", carriage.external_force_n, -1e5, 1e5),
@@ -240,9 +262,25 @@ impl Settings {
             }
         });
         outcome?;
+        self.check_tables()?;
         self.check_delay(dt_s)?;
         self.controller.check_tick(dt_s)?;
         self.check_together()
+    }
+
+    /// That the points rise is for the table itself to say.
+    fn check_tables(&self) -> Result<(), SettingsFault> {
+        let valve = &self.valve;
+        let openings = valve.openings_v.iter();
+        let openings = openings.map(|&one| field("valve.openings_v", one, 0.0, MOST_OPENING_V));
+        let of_supply = valve.supply_areas_m2.iter();
+        let of_supply =
+            of_supply.map(|&one| field("valve.supply_areas_m2", one, 0.0, MOST_AREA_M2));
+        let of_exhaust = valve.exhaust_areas_m2.iter();
+        let of_exhaust =
+            of_exhaust.map(|&one| field("valve.exhaust_areas_m2", one, 0.0, MOST_AREA_M2));
+        let mut all = openings.chain(of_supply).chain(of_exhaust);
+        all.try_for_each(|one| one.check())
     }
 
     /// A longer delay would be cut short in silence: the line of past commands

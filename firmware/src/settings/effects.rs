@@ -6,7 +6,7 @@
 //! command's path, of the tube, of one chamber and of the friction levels stand in
 //! those sections. Effects of a sensor or a recording are none of the controller's.
 
-use super::check::{Field, SettingsFault, field};
+use super::check::{Field, SettingsFault, field, or_none};
 use super::parameters::{Carriage, Friction, FrictionTerms};
 use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;
@@ -137,11 +137,11 @@ impl PneumaticEffects {
                 self.piston_leak_laminar_kg_per_s_pa2, 0.0, 1e-9,
             ),
             field("pneumatic_effects.piston_leak_orifice_m2", self.piston_leak_orifice_m2, 0.0, 1e-3),
-            field("pneumatic_effects.tank_volume_m3", self.tank_volume_m3, 0.0, 10.0),
+            or_none("pneumatic_effects.tank_volume_m3", self.tank_volume_m3, 1e-12, 10.0),
             field("pneumatic_effects.feed_area_m2", self.feed_area_m2, 0.0, 0.1),
-            field("pneumatic_effects.silencer_area_m2", self.silencer_area_m2, 0.0, 0.1),
+            or_none("pneumatic_effects.silencer_area_m2", self.silencer_area_m2, 1e-9, 0.1),
             field("pneumatic_effects.silencer_volume_m3", self.silencer_volume_m3, 0.0, 1.0),
-            field("pneumatic_effects.cushion_length_m", self.cushion_length_m, 0.0, 2.0),
+            or_none("pneumatic_effects.cushion_length_m", self.cushion_length_m, 1e-5, 2.0),
             field("pneumatic_effects.cushion_needle_m2", self.cushion_needle_m2, 1e-9, 0.1),
             field("pneumatic_effects.heat_density_exponent", self.heat_density_exponent, 0.0, 4.0),
             field("pneumatic_effects.heat_flow_w_per_m2_k", self.heat_flow_w_per_m2_k, 0.0, 1e5),
@@ -248,13 +248,13 @@ impl MechanicalEffects {
             field("mechanical_effects.dwell_rise_n", self.dwell_rise_n, -1e5, 1e5),
             field("mechanical_effects.dwell_time_constant_s", self.dwell_time_constant_s, 1e-3, 1e6),
             field("mechanical_effects.dwell_forgetting_way_m", self.dwell_forgetting_way_m, 1e-6, 10.0),
-            field("mechanical_effects.load_mass_kg", self.load_mass_kg, 0.0, 1e4),
-            field("mechanical_effects.load_stiffness_n_per_m", self.load_stiffness_n_per_m, 0.0, 1e10),
+            or_none("mechanical_effects.load_mass_kg", self.load_mass_kg, 1e-4, 1e4),
+            or_none("mechanical_effects.load_stiffness_n_per_m", self.load_stiffness_n_per_m, 1e-2, 1e10),
             field("mechanical_effects.load_damping_n_s_per_m", self.load_damping_n_s_per_m, 0.0, 1e7),
             field("mechanical_effects.load_gap_m", self.load_gap_m, 0.0, 0.1),
             field("mechanical_effects.buffer_low_m", self.buffer_low_m, -farthest_m, farthest_m),
             field("mechanical_effects.buffer_high_m", self.buffer_high_m, -farthest_m, farthest_m),
-            field("mechanical_effects.buffer_stiffness_n_per_m", self.buffer_stiffness_n_per_m, 0.0, 1e10),
+            or_none("mechanical_effects.buffer_stiffness_n_per_m", self.buffer_stiffness_n_per_m, 1e-2, 1e10),
             field("mechanical_effects.buffer_damping_n_s_per_m", self.buffer_damping_n_s_per_m, 0.0, 1e7),
             field("mechanical_effects.unknown_force_from", self.unknown_force_from, -100.0, 100.0),
             field("mechanical_effects.unknown_force_to", self.unknown_force_to, -100.0, 100.0),

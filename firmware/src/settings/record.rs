@@ -129,6 +129,13 @@ pub fn header(sequence: u32, content: &[u8]) -> Option<[u8; HEADER_BYTES]> {
     header.into_array().ok()
 }
 
+/// The sequence number of what looks like a record, sound or not.
+pub fn sequence_of(bytes: &[u8]) -> Option<u32> {
+    let (header, _) = bytes.split_first_chunk::<HEADER_BYTES>()?;
+    let [m0, m1, m2, m3, _, _, _, _, s0, s1, s2, s3, ..] = *header;
+    ([m0, m1, m2, m3] == MAGIC).then(|| u32::from_le_bytes([s0, s1, s2, s3]))
+}
+
 /// The record at the beginning of `bytes`; what comes after it does not matter.
 pub fn decode(bytes: &[u8]) -> Result<Stored, RecordFault> {
     let (header, rest) = bytes

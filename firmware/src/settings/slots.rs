@@ -11,7 +11,9 @@
 
 use super::check::SettingsFault;
 use super::parameters::Settings;
-use super::record::{ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, Stored, decode, header};
+use super::record::{
+    ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, Stored, decode, header, sequence_of,
+};
 use crate::fault::{Fault, Finding};
 use model_core::controller::Controller;
 
@@ -69,6 +71,9 @@ pub enum StoreFault {
 pub enum Origin {
     /// From this slot.
     Slot(Slot),
+    /// From this slot, and the other one holds a newer record with this fault: not the settings
+    /// that somebody stored last.
+    Older(Slot, RecordFault),
     /// Built in: both slots are blank, as on a board fresh from the flasher.
     NeverSet,
     /// Built in: no slot holds a sound record, and this is what is wrong.
@@ -84,13 +89,14 @@ impl Origin {
         match self {
             Self::Slot(_) | Self::NeverSet => None,
             Self::Damaged(_) => Some(Fault::SettingsDamaged.at(0)),
+            Self::Older(..) => Some(Fault::SettingsDamaged.at(1)),
             Self::Impossible(_) => Some(Fault::SettingsImpossible.at(0)),
         }
     }
 
     /// Whether the settings are those of this rig.
     pub fn is_of_this_rig(&self) -> bool {
-        matches!(self, Self::Slot(_))
+        matches!(self, Self::Slot(_) | Self::Older(..))
     }
 }
 
@@ -125,7 +131,7 @@ impl<S: SlotStorage> Slots<S> {
                 slots.newest = Some((slot, stored.sequence));
                 match stored.settings.try_build(dt_s) {
                     Err(fault) => (built_in(dt_s), Origin::Impossible(fault)),
-                    built => (built, Origin::Slot(slot)),
+                    built => (built, slots.origin(slot, stored.sequence)),
                 }
             }
             Err(RecordFault::Blank) => (built_in(dt_s), Origin::NeverSet),
@@ -191,6 +197,16 @@ impl<S: SlotStorage> Slots<S> {
     /// Where the next record goes.
     fn spare(&self) -> Slot {
         self.newest.map_or(Slot::First, |(slot, _)| slot.other())
+    }
+
+    /// Where sound settings come from: whether the other slot holds a newer record that is not.
+    fn origin(&self, slot: Slot, sequence: u32) -> Origin {
+        let other = self.storage.bytes(slot.other());
+        let is_overtaken = sequence_of(other).is_some_and(|newer| is_newer(newer, sequence));
+        match decode(other) {
+            Err(fault) if is_overtaken => Origin::Older(slot, fault),
+            _ => Origin::Slot(slot),
+        }
     }
 
     /// The newest sound record; where there is none, what is wrong with the

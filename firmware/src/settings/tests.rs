@@ -7,6 +7,7 @@ use super::slots::{
 use super::transfer::{self, Answer, LONGEST_CHUNK, Transfer, Verdict, read_answer};
 use super::{Settings, SettingsFault, Thermal};
 use crate::control_task::NotAtRest;
+use crate::fault::Fault;
 use model_core::controller::Controller;
 use model_core::paper;
 use model_core::valve::{TABLE_CAPACITY, TableFault};
@@ -269,6 +270,100 @@ fn prop_what_passes_the_judgement_never_steps_to_infinity() {
     }
 }
 
+/// What is accepted is stepped: by the axis and by the controller, full to one side and the other.
+fn stays_finite(settings: &Settings) -> bool {
+    use model_core::axis::{AxisInputs, AxisState};
+    use model_core::controller::Measurements;
+    use model_core::reference::Reference;
+    let (Ok(axis), Ok(controller)) = (settings.axis(DT_S), settings.try_build(DT_S)) else {
+        return true;
+    };
+    let mut state = AxisState::at_rest(0.0, 5e5, 5e5, 293.15, 5.0);
+    let mut measured = Measurements {
+        position_m: 0.0,
+        velocity_m_per_s: 0.0,
+        pressure_a_pa: 5e5,
+        pressure_b_pa: 5e5,
+        supply_pressure_pa: 7e5,
+    };
+    let mut memory = controller.begin(&measured);
+    (0..60).all(|tick| {
+        let inputs = AxisInputs {
+            command_v: if tick % 20 < 10 { 0.0 } else { 10.0 },
+            supply_pressure_pa: 7e5,
+        };
+        axis.step(&mut state, &inputs);
+        measured.position_m = 1e-3 * (tick % 7) as f32;
+        let reference = Reference {
+            position_m: 1e-3,
+            velocity_m_per_s: 0.1,
+            acceleration_m_per_s2: 1.0,
+        };
+        let action = controller.track(&mut memory, &measured, &reference);
+        let estimates = action.estimate.to_array().into_iter();
+        state.is_finite()
+            && action.command_v.is_finite()
+            && estimates.map(f32::is_finite).all(|is| is)
+    })
+}
+
+/// A number of a few bits that is written somewhere into sound settings.
+fn changed(content: &[u8], place: usize, number: f32) -> Option<Settings> {
+    let mut content = content.to_vec();
+    let written = content.get_mut(place..place + 4)?;
+    written.copy_from_slice(&number.to_le_bytes());
+    super::record::decode_content(&content)
+}
+
+/// Numbers so small that what divides by them is infinite mean nothing, or are refused.
+#[test]
+fn prop_numbers_next_to_nothing_are_refused_or_neutral() {
+    for settings in [Settings::built_in(), random_settings(1), random_settings(5)] {
+        let content = encode_content(&settings).expect("it fits");
+        for place in 0..content.len() {
+            for tiny in [1e-38_f32, 1e-36, 1e-30, 1e-20, 1e-12, 1e-9] {
+                let Some(settings) = changed(&content, place, tiny) else {
+                    continue;
+                };
+                assert!(
+                    stays_finite(&settings),
+                    "{tiny} at byte {place}: {settings:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Numbers of any size, some at once.
+fn any_accepted_settings_stay_finite(count: u64) {
+    let content = encode_content(&random_settings(4)).expect("it fits");
+    let mut random = Random(7);
+    for trial in 0..count {
+        let mut content = content.to_vec();
+        for _ in 0..1 + random.next() % 3 {
+            let place = (random.next() as usize) % (content.len() - 4);
+            let exponent = -30.0 + 40.0 * random.share();
+            let sign = if random.next() % 4 == 0 { -1.0 } else { 1.0 };
+            let number = sign * 10.0_f32.powf(exponent);
+            content[place..place + 4].copy_from_slice(&number.to_le_bytes());
+        }
+        if let Some(settings) = super::record::decode_content(&content) {
+            assert!(stays_finite(&settings), "trial {trial}: {settings:?}");
+        }
+    }
+}
+
+#[test]
+fn prop_whatever_is_accepted_stays_finite() {
+    any_accepted_settings_stay_finite(20_000);
+}
+
+#[test]
+#[ignore = "long: cargo xtask test --all"]
+fn prop_a_million_settings_stay_finite() {
+    any_accepted_settings_stay_finite(1_000_000);
+}
+
 #[test]
 fn prop_effects_at_the_ends_of_their_ranges_never_step_to_infinity() {
     use model_core::axis::{AxisInputs, AxisState};
@@ -525,6 +620,13 @@ fn prop_both_slots_bad_give_the_built_in_settings_and_say_so() {
     flash.slots[0][100] ^= 1;
     let (_, _, origin) = start(flash.clone());
     assert_eq!(origin, Origin::Slot(Slot::Second), "one is enough");
+    let (mut newest_bad, _) = stored(Flash::blank(), &random_settings(0));
+    (newest_bad, _) = stored(newest_bad, &random_settings(1));
+    newest_bad.slots[1][200] ^= 1;
+    let (_, controller, origin) = start(newest_bad);
+    assert_eq!(origin, Origin::Older(Slot::First, RecordFault::Crc));
+    assert_eq!(origin.finding(), Some(Fault::SettingsDamaged.at(1)));
+    assert_eq!(Ok(controller), random_settings(0).try_build(DT_S));
     flash.slots[1][200] ^= 1;
     let (_, controller, origin) = start(flash.clone());
     assert_eq!(origin, Origin::Damaged(RecordFault::Crc));

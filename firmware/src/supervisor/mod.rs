@@ -53,7 +53,7 @@ use pressure::{PressureState, Side};
 use range::Range;
 use step::Step;
 use stream::{Stream, StreamState};
-use swing::{Swing, SwingState};
+use swing::{Asked, Swing, SwingState};
 use travel::TravelState;
 
 /// Time for the observer to settle before anything is asked of the axis, s: two
@@ -120,6 +120,8 @@ pub struct Supervisor {
     fault_tick: u32,
     pending: Option<Finding>,
     has_new_settings: bool,
+    /// How many times the loop was calmed since it has its settings.
+    calmed: u8,
     counters: Counters,
 }
 
@@ -137,6 +139,7 @@ impl Supervisor {
             fault_tick: 0,
             pending: None,
             has_new_settings: false,
+            calmed: 0,
             counters: Counters::default(),
         }
     }
@@ -170,6 +173,7 @@ impl Supervisor {
     /// anew.
     pub fn replace_axis(&mut self, axis: &Axis<f32>) {
         self.has_new_settings = true;
+        self.calmed = 0;
         self.limits = Limits::new(axis);
         self.spool_v = axis.valve.null_v;
         self.begin_anew();
@@ -256,18 +260,30 @@ impl Supervisor {
         };
     }
 
-    /// Judges the command that a reference brought, `above_null_v` from the valve's null.
+    /// Judges the command that a reference brought, `above_null_v` from the valve's null; whether
+    /// the loop has to be calmed.
     #[inline]
     pub fn watch_command(
         &mut self,
         reference: &Reference<f32>,
         above_null_v: f32,
         (dt_s, tick): (f32, u32),
-    ) {
+    ) -> bool {
         let (limits, memory) = (&self.limits.swing, &mut self.memory.swing);
-        if let Some(finding) = limits.check(memory, reference, above_null_v, dt_s) {
-            self.trip(finding, tick);
+        match limits.check(memory, reference, above_null_v, (dt_s, self.calmed)) {
+            Some(Asked::Calm) => {
+                self.calmed += 1;
+                return true;
+            }
+            Some(Asked::Stop(finding)) => self.trip(finding, tick),
+            None => {}
         }
+        false
+    }
+
+    /// How many times the loop was calmed since it has its settings.
+    pub fn calmed(&self) -> u8 {
+        self.calmed
     }
 
     /// Remembers where the spool was while what arrives in the chambers until the next tick

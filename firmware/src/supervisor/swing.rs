@@ -6,6 +6,10 @@
 //! A sound hold moves the command by millivolts, and what disturbs it by a few
 //! swings that die away.
 //!
+//! The commonest cause is a gauge that lags: the observer takes its lag for an error of the model.
+//! After some swings the observer therefore follows the pressures more slowly, in steps, which
+//! holds the axis about lags of several ms; what still swings then is a fault.
+//!
 //! Limits: swings while the reference moves are not judged, and none that stay
 //! within the share of the opening that counts here.
 
@@ -19,6 +23,10 @@ const OPEN_SHARE: f32 = 0.5;
 /// So many swings in a row do not die away: a loop that rings with a damping of 0.02 loses
 /// nine tenths of its amplitude over 18 periods.
 const SWINGS: u8 = 40;
+/// So many calm the loop: 0.2 s of what a lag of 5 ms makes.
+const SWINGS_TO_CALM: u8 = 12;
+/// Steps of calming.
+pub(super) const CALMING_STEPS: u8 = 2;
 /// A swing that comes later than this belongs to another disturbance, s: the slowest loop of
 /// such an axis turns in a third of it.
 const APART_S: f32 = 0.5;
@@ -37,6 +45,15 @@ pub(super) struct SwingState {
     since_s: f32,
 }
 
+/// What swings ask for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Asked {
+    /// A calmer loop.
+    Calm,
+    /// A shut valve.
+    Stop(Finding),
+}
+
 impl Swing {
     pub(super) fn new(axis: &Axis<f32>) -> Self {
         let openings_v = axis.valve.supply.openings_v();
@@ -46,15 +63,16 @@ impl Swing {
         }
     }
 
-    /// Counts the swings of a command, `above_null_v` from the valve's null, at a hold.
+    /// Counts the swings of a command, `above_null_v` from the valve's null, at a hold of a loop
+    /// that was calmed so many times.
     #[inline]
     pub(super) fn check(
         &self,
         state: &mut SwingState,
         reference: &Reference<f32>,
         above_null_v: f32,
-        dt_s: f32,
-    ) -> Option<Finding> {
+        (dt_s, calmed): (f32, u8),
+    ) -> Option<Asked> {
         let moves = reference.velocity_m_per_s.abs() > 0.0;
         state.since_s += dt_s;
         if moves || state.since_s > APART_S {
@@ -69,6 +87,10 @@ impl Swing {
             state.since_s = 0.0;
             state.count = state.count.saturating_add(1);
         }
-        (state.count >= SWINGS).then(|| Fault::LoopSwings.at(0))
+        if calmed < CALMING_STEPS && state.count >= SWINGS_TO_CALM {
+            state.count = 0;
+            return Some(Asked::Calm);
+        }
+        (state.count >= SWINGS).then(|| Asked::Stop(Fault::LoopSwings.at(0)))
     }
 }

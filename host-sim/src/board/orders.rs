@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use firmware::codes::POSITION_M;
 use firmware::control_task::State;
+use firmware::crash::{self, Crash};
 use firmware::link::{self, Order};
 use firmware::status::Status;
 use firmware::telemetry::{Record, Streaming, read_streaming, read_tick, stream};
@@ -79,6 +80,19 @@ pub enum OrderError {
 /// The board's status report.
 pub fn status(port: &mut Port) -> Result<Status, OrderError> {
     ask(port, &link::ask_status(), Status::read)
+}
+
+/// Where the board's program crashed last since power came; none also of a board whose firmware
+/// does not know the question.
+pub fn last_crash(port: &mut Port) -> Result<Option<Crash>, OrderError> {
+    port.send(&crash::ask())?;
+    let until = Instant::now() + ANSWER_WAIT;
+    while let Some(payload) = port.receive(until)? {
+        if let Some(told) = crash::read(&payload) {
+            return Ok(told);
+        }
+    }
+    Ok(None)
 }
 
 /// Has the board leave its fault; what it says then.

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use firmware::codes::DacCode;
 use firmware::control_task::{ControlTask, Sample, State};
+use firmware::crash;
 use firmware::link::{self, FromPlant, Order};
 use firmware::settings::record::LONGEST_RECORD;
 use firmware::settings::slots::{Slot, SlotStorage, Slots, StorageFault};
@@ -18,6 +19,7 @@ use firmware::start::ResetCause;
 use firmware::telemetry::{self, Streaming, Tap, read_stream};
 use model_core::reference::Reference;
 
+use super::port::BAUD;
 use crate::model::AxisFault;
 use crate::plant::{Plant, PlantSettings};
 use crate::rig::Rig;
@@ -184,12 +186,17 @@ impl Twin {
 
     /// Telemetry and settings.
     fn answer<S: Write>(&mut self, payload: &[u8], wire: &mut Wire<S>) -> io::Result<()> {
-        if let Some(decimation) = read_stream(payload) {
+        if let Some(wish) = read_stream(payload) {
+            let period_ns = (NANOSECONDS_PER_SECOND * self.tick_s).round() as u32;
+            let decimation = telemetry::granted_decimation(wish, period_ns, BAUD);
             self.tap.set_decimation(decimation);
             return wire.send(&telemetry::streaming(Streaming {
                 decimation,
-                tick_period_ns: (NANOSECONDS_PER_SECOND * self.tick_s).round() as u32,
+                tick_period_ns: period_ns,
             }));
+        }
+        if crash::is_asked(payload) {
+            return wire.send(&crash::told(None));
         }
         let task = &mut self.task;
         let served = self.transfer.serve(payload, &mut self.slots, |controller| {

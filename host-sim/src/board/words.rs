@@ -2,6 +2,7 @@
 //! why the board started, what it has counted.
 
 use firmware::control_task::State;
+use firmware::crash::Crash;
 use firmware::fault::{DESCRIPTIONS, Description, Fault, Finding};
 use firmware::start::ResetCause;
 use firmware::status::Status;
@@ -77,6 +78,21 @@ fn cause(cause: ResetCause) -> &'static str {
     }
 }
 
+/// Where the program crashed, in one line.
+pub fn crash_line(crash: &Crash) -> String {
+    if crash.line > 0 {
+        return format!(
+            "the program crashed since power came: panic at {}, line {}; report it",
+            crash.file(),
+            crash.line
+        );
+    }
+    format!(
+        "the program crashed since power came: exception of the processor, PC {:08x}, LR {:08x}, CFSR {:08x}; report it",
+        crash.pc, crash.lr, crash.cfsr
+    )
+}
+
 /// The whole report, a line each.
 pub fn lines(status: &Status) -> Vec<String> {
     let mut lines = vec![state(status.state).to_owned()];
@@ -104,6 +120,12 @@ pub fn lines(status: &Status) -> Vec<String> {
         counted.repeated_ticks,
         counted.overruns
     ));
+    if status.calmed > 0 {
+        lines.push(format!(
+            "the loop swung and was calmed {} times: the axis answers later than the settings say; record it, `pneuma diagnose` names a lagging gauge or tubes",
+            status.calmed
+        ));
+    }
     lines
 }
 
@@ -111,6 +133,17 @@ pub fn lines(status: &Status) -> Vec<String> {
 mod tests {
     use super::*;
     use firmware::fault::Channel;
+
+    #[test]
+    fn prop_a_crash_has_one_line_that_says_where() {
+        let line = crash_line(&Crash::at("firmware/src/main.rs", 12));
+        assert!(line.contains("firmware/src/main.rs, line 12"), "{line}");
+        let exception = Crash {
+            pc: 0x0801_0abc,
+            ..Crash::default()
+        };
+        assert!(crash_line(&exception).contains("PC 08010abc"));
+    }
 
     #[test]
     fn prop_every_fault_has_one_line_with_its_remedy() {

@@ -107,7 +107,9 @@ pub fn run(arguments: &BoardArguments, out: &mut dyn Write) -> Result<(), Comman
             at,
             |port| {
                 let status = orders::status(port)?;
-                Ok(words::lines(&status))
+                let mut lines = words::lines(&status);
+                lines.extend(orders::last_crash(port)?.as_ref().map(words::crash_line));
+                Ok(lines)
             },
             out,
         ),

@@ -293,6 +293,12 @@ impl<R: Real> Controller<R> {
         }
     }
 
+    /// The observer follows the measured pressures more slowly, by this share: where the loop
+    /// swings, as it does about gauges that lag.
+    pub fn follow_pressures_slower(&mut self, share: R) {
+        self.observer.follow_pressures_slower(share);
+    }
+
     /// The axis that this is the controller of.
     pub fn axis(&self) -> &Axis<R> {
         &self.axis

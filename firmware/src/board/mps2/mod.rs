@@ -28,6 +28,8 @@ impl Board for Mps2 {
     type Storage = storage::Memory;
 
     const TICK_PERIOD_NS: u32 = 1_000_000;
+    /// As fast as the plant reads.
+    const BAUD: u32 = u32::MAX;
     const VALVE_CONVERTER: ValveConverter = ValveConverter::TwelveBits;
     const ANSWERS_PLANT: bool = true;
 

@@ -73,6 +73,7 @@ impl Board for Stm32f405 {
     type Storage = Flash;
 
     const TICK_PERIOD_NS: u32 = 1_000_000_000 / TICKS_PER_S;
+    const BAUD: u32 = serial::BAUD;
     const VALVE_CONVERTER: ValveConverter = Converter::FINENESS;
     const ANSWERS_PLANT: bool = false;
 

@@ -12,7 +12,7 @@ use stm32f4xx_hal::pac::{DMA2, Interrupt, RCC, USART1, dma2, usart1};
 use stm32f4xx_hal::rcc::Enable;
 
 /// Bits a second.
-const BAUD: u32 = 921_600;
+pub const BAUD: u32 = 921_600;
 /// Bytes that may wait: 2.8 ms of a line that never rests, and a tick looks at
 /// least every millisecond.
 const RING_BYTES: usize = 256;
