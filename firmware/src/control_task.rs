@@ -63,9 +63,11 @@ pub struct Command {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotAtRest;
 
-/// By how much more slowly the observer follows the pressures at each step of calming: with lags
-/// of 5 and of 10 ms, 40 and 8 per second hold the axis to 0.02 mm (docs/settings.md).
+/// By how much more slowly the observer follows the pressures after the first swings: 40 per second
+/// hold the axis about lags of 5 ms to 0.02 mm (docs/settings.md).
 const CALMER: f32 = 0.2;
+/// By how much slower the loop becomes after the next ones, each time.
+const SLOWER: f32 = 0.5;
 
 /// A load at rest is no faster, m/s: what offset and noise of a velocity sensor show.
 const AT_REST_M_PER_S: f32 = 0.02;
@@ -208,7 +210,7 @@ impl ControlTask {
                 self.supervisor
                     .watch_command(&sample.reference, command_v - null_v, time);
             if is_swinging {
-                self.controller.follow_pressures_slower(CALMER);
+                self.calm();
             }
         }
         let is_tracking = self.supervisor.state() == State::Track;
@@ -259,6 +261,16 @@ impl ControlTask {
         } else {
             self.supervisor.trip(Fault::NotANumber.at(0), tick);
             None
+        }
+    }
+
+    /// The loop swings: the observer follows the pressures more slowly, then the whole loop
+    /// becomes slower.
+    fn calm(&mut self) {
+        if self.supervisor.calmed() == 1 {
+            self.controller.follow_pressures_slower(CALMER);
+        } else {
+            self.controller.slow_down(SLOWER);
         }
     }
 

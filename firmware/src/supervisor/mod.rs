@@ -21,11 +21,13 @@
 //! ```
 //!
 //! Limits follow from the rig, the sensors and the tick: each check's file says
-//! how. Choices of engineering are four: 15 % of the axis' largest force as the
+//! how. Choices of engineering are seven: 15 % of the axis' largest force as the
 //! reserve for what the model of the force leaves out (`force`), 0.5 mm that a
 //! position may miss (`travel`, `sensors`), 2 % of the flow near the valve's
 //! null that counts as none (`pressure`), 5 ms of skew between position and
-//! velocity (`sensors`). A check is `Params` + `State` + a total step.
+//! velocity (`sensors`), 5 % of the largest force that may act unknown at the first move
+//! (`polarity`), half of the full opening that counts as a swing, and 8 of them
+//! (`swing`). A check is `Params` + `State` + a total step.
 
 mod force;
 mod jump;

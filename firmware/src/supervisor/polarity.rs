@@ -23,7 +23,8 @@
 //! answer rightly, the valve takes the force away first ([`brake_v`]).
 //!
 //! Limits: of the force only what exceeds a twentieth of the axis' largest counts, as nobody knows
-//! every push and every gauge's zero. What was right once is not judged again before the next
+//! every push and every gauge's zero; a weight on an inclined axis that the settings do not know
+//! may look like a motion the wrong way. What was right once is not judged again before the next
 //! start: signs do not change under way, and a pressure that lags is no wrong sign.
 
 use super::sensors::{PRESSURE_DIFFERENCE_PA, VELOCITY_OFFSET_M_PER_S};
@@ -121,7 +122,7 @@ impl PolarityState {
         let way_m = now.velocity_m_per_s * step.elapsed_s;
         let offset_m = VELOCITY_OFFSET_M_PER_S * step.elapsed_s;
         self.work_by_velocity_j += known_n * (way_m - Real::clamp(way_m, -offset_m, offset_m));
-        let wrong_j = WAY_M * axis.friction.static_n;
+        let wrong_j = WAY_M * Real::max(axis.friction.static_n, unknown_n);
         let least_j = Real::min(self.work_j, self.work_by_velocity_j);
         self.has_worked = least_j > RIGHT_WORK * wrong_j;
         wrong_j
@@ -140,12 +141,13 @@ impl PolarityState {
     /// Whether a finding says that a load moves against what its sensors say, and the valve is
     /// known to answer rightly.
     fn can_brake(&self, finding: Finding) -> bool {
-        match finding.fault {
+        let is_of_motion = match finding.fault {
             Fault::WrongPolarity => finding.detail != VALVE,
             // A velocity of the wrong sign shows either way.
-            Fault::VelocityContradictsPosition => self.has_answered && !self.has_worked,
+            Fault::VelocityContradictsPosition => !self.has_worked,
             _ => false,
-        }
+        };
+        self.has_answered && is_of_motion
     }
 }
 

@@ -7,8 +7,9 @@
 //! swings that die away.
 //!
 //! The commonest cause is a gauge that lags: the observer takes its lag for an error of the model.
-//! After some swings the observer therefore follows the pressures more slowly, in steps, which
-//! holds the axis about lags of several ms; what still swings then is a fault.
+//! After some swings the observer therefore follows the pressures more slowly, which holds the
+//! axis about lags of several ms; after some more the whole loop becomes slower, in steps, for
+//! tubes and dead times that nobody stated; what still swings then is a fault.
 //!
 //! Limits: swings while the reference moves are not judged, and none that stay
 //! within the share of the opening that counts here.
@@ -20,13 +21,14 @@ use model_core::reference::Reference;
 /// A swing opens the valve by this share of its full opening either way: far beyond the
 /// overlap, across which a sound hold may chatter.
 const OPEN_SHARE: f32 = 0.5;
-/// So many swings in a row do not die away: a loop that rings with a damping of 0.02 loses
-/// nine tenths of its amplitude over 18 periods.
-const SWINGS: u8 = 40;
-/// So many calm the loop: 0.2 s of what a lag of 5 ms makes.
-const SWINGS_TO_CALM: u8 = 12;
+/// So many in a row calm the loop: 0.14 s of what a lag of 5 ms makes, and tubes of 2 m swing in
+/// bursts that are no longer. A sound loop that is calmed loses little.
+const SWINGS_TO_CALM: u8 = 8;
+/// So many in a row do not die away: a loop that rings with a damping of 0.02 loses
+/// nine tenths of its amplitude over 18 periods. They stop one that was calmed all it can be.
+const SWINGS_TO_STOP: u8 = 40;
 /// Steps of calming.
-pub(super) const CALMING_STEPS: u8 = 2;
+const CALMING_STEPS: u8 = 4;
 /// A swing that comes later than this belongs to another disturbance, s: the slowest loop of
 /// such an axis turns in a third of it.
 const APART_S: f32 = 0.5;
@@ -87,10 +89,12 @@ impl Swing {
             state.since_s = 0.0;
             state.count = state.count.saturating_add(1);
         }
-        if calmed < CALMING_STEPS && state.count >= SWINGS_TO_CALM {
+        let can_calm = calmed < CALMING_STEPS;
+        if can_calm && state.count >= SWINGS_TO_CALM {
             state.count = 0;
             return Some(Asked::Calm);
         }
-        (state.count >= SWINGS).then(|| Asked::Stop(Fault::LoopSwings.at(0)))
+        let stops = state.count >= SWINGS_TO_STOP;
+        stops.then(|| Asked::Stop(Fault::LoopSwings.at(0)))
     }
 }

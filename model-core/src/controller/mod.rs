@@ -161,6 +161,14 @@ impl<R: Real> Gains<R> {
         let share = R::ONE / (R::ONE + R::from_f64(SLOWING) * ratio * ratio);
         Self {
             lead_s: self.lead_s + small_s,
+            ..self.slower_by(share)
+        }
+    }
+
+    /// What goes around through the valve, slower by this share.
+    #[must_use]
+    fn slower_by(self, share: R) -> Self {
+        Self {
             position_per_s: share * self.position_per_s,
             force_per_s: share * self.force_per_s,
             approach_per_s: share * self.approach_per_s,
@@ -297,6 +305,12 @@ impl<R: Real> Controller<R> {
     /// swings, as it does about gauges that lag.
     pub fn follow_pressures_slower(&mut self, share: R) {
         self.observer.follow_pressures_slower(share);
+    }
+
+    /// The loop becomes slower by this share: where it swings although nobody knows why, as about
+    /// tubes and dead times that are not in the rig.
+    pub fn slow_down(&mut self, share: R) {
+        self.gains = self.gains.slower_by(share);
     }
 
     /// The axis that this is the controller of.
