@@ -431,6 +431,10 @@ fn val_what_nobody_stated_ends_in_a_quiet_loop() {
             rig.effects
         );
         let is_shut = run.first_fault().is_some();
-        assert!(is_shut || astray_m(&run, 17.0) < 0.1e-3, "{:?}", rig.effects);
+        assert!(
+            is_shut || astray_m(&run, 17.0) < 0.1e-3,
+            "{:?}",
+            rig.effects
+        );
     }
 }
