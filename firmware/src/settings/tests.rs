@@ -300,10 +300,8 @@ fn stays_finite(settings: &Settings) -> bool {
             acceleration_m_per_s2: 1.0,
         };
         let action = controller.track(&mut memory, &measured, &reference);
-        let estimates = action.estimate.to_array().into_iter();
-        state.is_finite()
-            && action.command_v.is_finite()
-            && estimates.map(f32::is_finite).all(|is| is)
+        let mut estimates = action.estimate.to_array().into_iter();
+        state.is_finite() && action.command_v.is_finite() && estimates.all(f32::is_finite)
     })
 }
 
@@ -343,7 +341,11 @@ fn any_accepted_settings_stay_finite(count: u64) {
         for _ in 0..1 + random.next() % 3 {
             let place = (random.next() as usize) % (content.len() - 4);
             let exponent = -30.0 + 40.0 * random.share();
-            let sign = if random.next() % 4 == 0 { -1.0 } else { 1.0 };
+            let sign = if random.next().is_multiple_of(4) {
+                -1.0
+            } else {
+                1.0
+            };
             let number = sign * 10.0_f32.powf(exponent);
             content[place..place + 4].copy_from_slice(&number.to_le_bytes());
         }

@@ -1,6 +1,6 @@
 //! A rig against its recordings, all remarks at once: what is wrong with the file, which laws run
 //! and what the others lack, what is assumed, what is taken as exact, and what the recordings are
-//! worth by [`crate::inspect`].
+//! worth by [`mod@diagnosis::inspect`].
 
 mod display;
 mod needs;
