@@ -265,7 +265,7 @@ pub const DESCRIPTIONS: [Description; 21] = [
         name: "loop swings",
         seen: "while the reference stands still the command opens the valve by half of its full \
                opening, 40 times in a row one way and the other, although the loop was calmed \
-               four times before, after 8 swings each",
+               four times before, after 12 swings each",
         detail: "0",
         remedy: "the axis answers later than the settings say: record it, `pneuma diagnose` names a \
                  lagging gauge or tubes; or lower the gains in the rig's [controller]",

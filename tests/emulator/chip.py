@@ -170,8 +170,8 @@ class FlashUnit(Unit):
             self._control(value)
         else:
             if offset == self.ACR:
-                self.chip.rule(not value & 0x1800 or not value & 0x0600 or not value >> 12 & value >> 10 & 1,
-                               "data cache reset while it is on (3.9.1)")
+                resets_data, data_is_on = value >> 12 & 1, value >> 10 & 1
+                self.chip.rule(not (resets_data and data_is_on), "data cache reset while it is on (3.9.1)")
             self.held[offset] = value
 
     def _control(self, value):

@@ -26,7 +26,7 @@
 //! position may miss (`travel`, `sensors`), 2 % of the flow near the valve's
 //! null that counts as none (`pressure`), 5 ms of skew between position and
 //! velocity (`sensors`), 5 % of the largest force that may act unknown at the first move
-//! (`polarity`), half of the full opening that counts as a swing, and 8 of them
+//! (`polarity`), half of the full opening that counts as a swing, and 12 of them
 //! (`swing`). A check is `Params` + `State` + a total step.
 
 mod force;

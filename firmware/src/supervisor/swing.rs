@@ -21,9 +21,9 @@ use model_core::reference::Reference;
 /// A swing opens the valve by this share of its full opening either way: far beyond the
 /// overlap, across which a sound hold may chatter.
 const OPEN_SHARE: f32 = 0.5;
-/// So many in a row calm the loop: 0.14 s of what a lag of 5 ms makes, and tubes of 2 m swing in
-/// bursts that are no longer. A sound loop that is calmed loses little.
-const SWINGS_TO_CALM: u8 = 8;
+/// So many in a row calm the loop: 0.2 s of what a lag of 5 ms makes. A sound loop with twice its
+/// payload rings for eight.
+const SWINGS_TO_CALM: u8 = 12;
 /// So many in a row do not die away: a loop that rings with a damping of 0.02 loses
 /// nine tenths of its amplitude over 18 periods. They stop one that was calmed all it can be.
 const SWINGS_TO_STOP: u8 = 40;
