@@ -3,7 +3,8 @@
 use super::case::Case;
 use super::run::{Moment, Outcome};
 use super::wiring::{FirstStart, Wiring};
-use firmware::fault::DESCRIPTIONS;
+use firmware::fault::{DESCRIPTIONS, Fault};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 /// The fault list as a table.
@@ -50,19 +51,13 @@ pub fn reaction_table(results: &[(Case, Moment, Outcome)], cases: &[Case]) -> St
             .iter()
             .filter(|(_, _, outcome)| outcome.ticks.is_none())
             .count();
-        let mut said: Vec<&str> = of_case
-            .iter()
-            .filter_map(|(_, _, outcome)| outcome.fault)
-            .map(|fault| DESCRIPTIONS[usize::from(fault.code()) - 1].name)
-            .collect();
-        said.sort_unstable();
-        said.dedup();
+        let said = of_case.iter().filter_map(|(_, _, outcome)| outcome.fault);
         let _ = write!(
             text,
             "| {} | {} | {not_seen} | {} |",
             case.name,
             of_case.len(),
-            said.join(", ")
+            names(said)
         );
         for moment in Moment::ALL {
             let ticks = of_case
@@ -81,21 +76,23 @@ pub fn reaction_table(results: &[(Case, Moment, Outcome)], cases: &[Case]) -> St
     text
 }
 
+/// The names of faults, each once, in the order of the alphabet.
+fn names(faults: impl Iterator<Item = Fault>) -> String {
+    let name = |fault: Fault| DESCRIPTIONS[usize::from(fault.code()) - 1].name;
+    let all: BTreeSet<&str> = faults.map(name).collect();
+    all.into_iter().collect::<Vec<_>>().join(", ")
+}
+
 /// First starts of an axis that is wired so, at this supply, bar gauge: a row.
 pub fn wiring_row(wiring: Wiring, gauge_bar: f64, starts: &[FirstStart]) -> String {
     let seen = || starts.iter().filter_map(|start| start.fault);
-    let mut said: Vec<&str> = seen()
-        .map(|(fault, _)| DESCRIPTIONS[usize::from(fault.code()) - 1].name)
-        .collect();
-    said.sort_unstable();
-    said.dedup();
     let worst_mm = |way: fn(&FirstStart) -> f64| 1e3 * starts.iter().map(way).fold(0.0, f64::max);
     format!(
         "| {} | {gauge_bar} | {} | {} | {} | {} | {:.2} | {:.2} |\n",
         wiring.name(),
         starts.len(),
         starts.len() - seen().count(),
-        said.join(", "),
+        names(seen().map(|(fault, _)| fault)),
         median_and_worst(seen().map(|(_, ticks)| ticks).collect()),
         worst_mm(|start| start.had_gone_m),
         worst_mm(|start| start.went_m),

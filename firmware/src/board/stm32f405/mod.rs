@@ -158,7 +158,7 @@ impl Board for Stm32f405 {
                 switch,
                 delay,
                 is_joined: false,
-                measured: PutOut::HARDWARE_MIDDLE,
+                measured: valve::MIDDLE,
                 written: valve::MIDDLE,
                 found: None,
                 tick: 0,
@@ -241,21 +241,12 @@ pub struct RealAxis {
     delay: CoreDelay,
     is_joined: bool,
     /// What the amplifier had to put out when its voltage was measured last.
-    measured: PutOut,
+    measured: DacCode,
     /// The last command, which is put out from the next tick's begin on.
     written: DacCode,
     /// What the board itself has found since the last tick.
     found: Option<Finding>,
     tick: u32,
-}
-
-/// What the amplifier puts out.
-#[derive(Clone, Copy)]
-struct PutOut(DacCode);
-
-impl PutOut {
-    /// The middle, whatever the converter puts out.
-    const HARDWARE_MIDDLE: Self = Self(valve::MIDDLE);
 }
 
 /// Time for the amplifier to follow the switch: thirteen times the 15 us of its input.
@@ -276,11 +267,10 @@ impl RealAxis {
     /// this tick's edge, of the voltage what stood there at the end of the tick before, long
     /// after its edge.
     fn valve_finding(&mut self) -> Option<Finding> {
-        let PutOut(expected) = self.measured;
         if self.valve.output() != Converter::as_put_out(self.written) {
             return Some(Fault::DacMismatch.at(0));
         }
-        (!self.is_voltage(expected)).then(|| Fault::DacMismatch.at(1))
+        (!self.is_voltage(self.measured)).then(|| Fault::DacMismatch.at(1))
     }
 
     /// Whether the valve's voltage was the one of a code when it was measured.
@@ -376,9 +366,9 @@ impl Axis for RealAxis {
     fn write_valve(&mut self, code: DacCode) {
         // The amplifier has followed this tick's edge for at least 50 us by now.
         self.measured = if self.is_joined {
-            PutOut(self.written)
+            self.written
         } else {
-            PutOut::HARDWARE_MIDDLE
+            valve::MIDDLE
         };
         self.converters.measure_valve();
         self.valve.write(code);
