@@ -7,9 +7,10 @@ use clap::{CommandFactory, Parser, Subcommand};
 use host_sim::cli::{
     self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
     compare::CompareArguments, controller::ControllerArguments, demo::DemoArguments,
-    diagnose::DiagnoseArguments, fit::FitArguments, init::InitArguments, inspect::InspectArguments,
-    record::RecordArguments, settings::SettingsArguments, shell_help::CompletionsArguments,
-    shell_help::ManArguments, simulate::SimulateArguments, trial::TrialArguments,
+    diagnose::DiagnoseArguments, fit::FitArguments, identify::IdentifyArguments,
+    init::InitArguments, inspect::InspectArguments, record::RecordArguments,
+    settings::SettingsArguments, shell_help::CompletionsArguments, shell_help::ManArguments,
+    simulate::SimulateArguments, trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -31,6 +32,7 @@ enum Command {
     Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
     Fit(FitArguments),
+    Identify(IdentifyArguments),
     Init(InitArguments),
     Inspect(InspectArguments),
     Loop(LoopArguments),
@@ -55,6 +57,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
+        Command::Identify(arguments) => cli::identify::run(arguments, &mut out),
         Command::Init(arguments) => cli::init::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
         Command::Loop(arguments) => cli::closed_loop::run(arguments, &mut out),

@@ -23,8 +23,8 @@ pub(super) const ERROR_OF_FORM: f64 = 8.0;
 const MISSED_OF_FORCES: f64 = 1.0;
 /// Part of a chamber's pressure that a sound model of an axis leaves beside the noise: no gauge of
 /// class 0.5 is straight to better than a fifth of its class, and a valve's areas measured to half
-/// a per cent at a dozen points leave as much (0.05 to 0.1 % on drawn shop-floor axes).
-const DISCREPANCY: f64 = 1e-3;
+/// a per cent at a dozen points leave more (0.05 to 0.15 % on drawn shop-floor axes).
+const DISCREPANCY: f64 = 3e-3;
 /// Forces below that floor are not looked for.
 const WORTH_A_SEARCH_OF_FORCES: f64 = 0.0;
 
@@ -124,10 +124,15 @@ impl Bench<'_> {
         (0..self.noise.len()).all(|output| self.excess(model, output) < ERROR_OF_FORM)
     }
 
+    /// Whether the law stands on a valve, which no rig file knows but nearly.
+    pub(super) fn is_nearly_known(&self) -> bool {
+        self.law == Law::Chambers && self.rig.valve.is_some()
+    }
+
     /// Whether a model misses so much that it is no sound one: plainly, and more than a valve and
     /// gauges that are nearly known leave.
     pub(super) fn is_unsound(&self, model: &Fitted) -> bool {
-        if self.law != Law::Chambers || self.rig.valve.is_none() {
+        if !self.is_nearly_known() {
             return self.misses_plainly(model);
         }
         let outputs = self.law.outputs(self.rig);

@@ -63,9 +63,11 @@ mod drawn;
 
 pub use alone::Alone;
 
+use crate::identify::valve_flow::{self, ValveFlow};
 use crate::imprecise::with_built_in_priors;
 use crate::inspect::{self, Fault, Inspection};
-use crate::laws::{Law, Output, Track, balance, needs};
+use crate::laws::needs::{self, Assumed};
+use crate::laws::{Law, Output, Track, balance};
 use crate::recording::Recording;
 use crate::recording_set;
 use crate::rig::Rig;
@@ -381,15 +383,23 @@ pub fn diagnose<E>(
     let held_out = in_order(read_held_out()?);
     let inspections: Vec<Inspection> = train.iter().chain(&held_out).map(look).collect();
     let mut faults = faults(train.iter().chain(&held_out), &inspections);
-    let given = rig;
     let in_use = inspect::with_noise_in_use(rig, &inspections);
-    let in_use = with_built_in_priors(&in_use);
-    let rig = &in_use;
+    let stated = with_built_in_priors(&in_use);
     if faults.is_empty() && rig.cylinder.is_some() {
         progress("whether gauges, wires and logger fit the rig");
-        faults.extend(instruments::mistake(rig, &train));
+        faults.extend(instruments::mistake(&stated, &train));
     }
     let (train, mut notes) = gaps::parted(rig, train);
+    let measured = if faults.is_empty() && states_flow(rig) {
+        progress("the valve's areas over the opening, which the rig file does not state");
+        let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
+        valve_flow::measure(&in_use, &tracks).ok()
+    } else {
+        None
+    };
+    let with_areas = |rig: &Rig| measured.as_ref().map(|valve| valve.applied(rig));
+    let given = &with_areas(rig).unwrap_or_else(|| rig.clone());
+    let rig = &with_areas(&in_use).map_or(stated, |rig| with_built_in_priors(&rig));
     let recorded = |name: &str| {
         train
             .iter()
@@ -442,6 +452,7 @@ pub fn diagnose<E>(
     let lacks = needs::lacks(rig, &recorded);
     notes.extend(lacks.iter().map(ToString::to_string));
     verdict.assumed = needs::assumed(rig);
+    verdict.assumed.extend(measured.iter().map(measured_areas));
     notes.extend(remarks::unrefitted(rig));
     notes.extend(remarks::too_sure(rig, &laws));
     notes.extend(remarks::stood_in(rig, &laws));
@@ -457,6 +468,23 @@ pub fn diagnose<E>(
         train,
         held_out,
     })
+}
+
+/// Whether the rig file states a flow of the valve, and no areas over its opening.
+fn states_flow(rig: &Rig) -> bool {
+    (rig.valve.as_ref()).is_some_and(|valve| valve.stated_flow.is_some())
+}
+
+/// What stands in the place of areas that the rig file does not state.
+fn measured_areas(valve: &ValveFlow) -> Assumed {
+    Assumed {
+        key: "valve.null_V".into(),
+        value: valve.null_v,
+        unit: "V".into(),
+        why: "the rig file states one flow of the valve: null, critical pressure ratio, areas over the \
+              opening and dead volumes were measured in the training recordings before anything was judged"
+            .into(),
+    }
 }
 
 /// Where the recorded velocity contradicts the recorded position, once the laws have said what

@@ -26,6 +26,7 @@
 mod errors;
 mod free;
 mod text;
+pub mod valve_flow;
 
 use std::collections::BTreeMap;
 

@@ -5,7 +5,7 @@
 //! * `locate.rs`: where a misfit sits
 //! * `residuals.rs`: whether a residual is noise
 //! * `parameters.rs`: parameters from prior to posterior
-//! * `diagnosis.rs`, `fit.rs`, `compare.rs`, `inspection.rs`, `closed_loop.rs`: the
+//! * `verdict.rs`, `fit.rs`, `compare.rs`, `inspection.rs`, `closed_loop.rs`, `valve_flow.rs`: the
 //!   pages of the commands
 //!
 //! The first screen of a page holds its sentence, the sizes, the proof and one plot; all
@@ -19,12 +19,14 @@ mod locate;
 mod parameters;
 mod prediction;
 mod residuals;
+mod valve_flow;
 mod verdict;
 
 pub use closed_loop::closed_loop_page;
 pub use compare::compare_page;
 pub use fit::fit_page;
 pub use inspection::inspection_page;
+pub use valve_flow::valve_flow_page;
 pub use verdict::diagnosis_page;
 
 use crate::laws::{Law, Track, median_step_s};

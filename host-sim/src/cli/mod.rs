@@ -9,6 +9,7 @@ pub mod controller;
 pub mod demo;
 pub mod diagnose;
 pub mod fit;
+pub mod identify;
 pub mod init;
 mod inputs;
 pub mod inspect;

@@ -29,6 +29,8 @@ pub(super) const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
 /// An effect that takes what is left down to this part of its energy is material, however much
 /// larger another one is: a wrong one nibbles at what a form leaves.
 const NEXT_TO_NOTHING: f64 = 0.1;
+/// Probability from which on an effect is named that leaves more than noise.
+const MORE_OFTEN_THAN_NOT: f64 = 0.5;
 /// Forces are told apart down to this part of the energy of their floor, which was set.
 const UNDER_THE_FLOOR: f64 = 0.05;
 
@@ -304,6 +306,7 @@ impl<'a> Judge<'a> {
         } else {
             probability(&mine[helped], &theirs[helped], is_plain && is_told, share)
         };
+        let is_told = is_told && self.is_told_from_imprecision(with, without, probability);
         Evidence {
             candidate,
             probability,
@@ -320,6 +323,21 @@ impl<'a> Judge<'a> {
             is_refuted: false,
             is_of_strayed: false,
             is_superseded: false,
+        }
+    }
+
+    /// Whether an effect is told from a valve and gauges that are only nearly known. What those
+    /// leave, any effect lowers a little: one that is there takes it down to the noise; or next to
+    /// all of it where it is little, and where it is more than they leave, so much that the
+    /// effect was there more often than not.
+    fn is_told_from_imprecision(&self, with: &Fitted, without: &Fitted, probability: f64) -> bool {
+        if !self.bench.is_nearly_known() || !self.bench.misses_plainly(with) {
+            return true;
+        }
+        if self.bench.is_unsound(without) {
+            probability >= MORE_OFTEN_THAN_NOT
+        } else {
+            self.takes_the_rest(with, without)
         }
     }
 

@@ -1,0 +1,327 @@
+//! The energy balance of a chamber over short windows of time.
+//!
+//! With a weight `w(t)` that is nought at both ends of a window, integration by parts takes the
+//! derivative off the recorded pressure:
+//!
+//! ```text
+//! int w (pV)' dt = -int w' p V dt
+//! ```
+//!
+//! The noise of the pressure is averaged, and nothing is smeared: the areas are averaged over the
+//! same window.
+
+use super::Alignment;
+use crate::gauge::Gauge;
+use crate::laws::{Motion, Track, white_noise};
+use crate::model::{Side, Values};
+use model_core::chamber::Chamber;
+use model_core::valve::{FlowLaw, GasState};
+
+/// Half the width of a window, s: long against the noise (0.3 kPa at 1 kHz leaves 15 kPa/s of some
+/// 2000 kPa/s), short against a stroke.
+const HALF_WINDOW_S: f64 = 0.01;
+/// Part of a window's flow by which the balance itself is off: heat, volume, motion.
+const BALANCE_ERROR: f64 = 0.05;
+/// Temperatures that the gas of a chamber keeps to, K.
+const TEMPERATURES_K: (f64, f64) = (150.0, 500.0);
+/// Half the width of the parabola that a rate of pressure is read from, rows.
+const RATE_HALF_WIDTH: usize = 8;
+
+/// What does not change with the recording.
+#[derive(Clone)]
+pub(super) struct Axis {
+    chambers: [Chamber<f64>; 2],
+    law: FlowLaw<f64>,
+    ambient: GasState<f64>,
+    supply_pa: f64,
+    feeds_a_above_null: bool,
+}
+
+/// One chamber in one recording, row by row.
+pub(super) struct ChamberRows {
+    pub(super) side: Side,
+    time_s: Vec<f64>,
+    command_v: Vec<f64>,
+    pressure_pa: Vec<f64>,
+    /// Volume without the dead volume, m3.
+    stroke_m3: Vec<f64>,
+    /// What the volume's change and the heat take, of the balance over gamma R, kg K/s.
+    work_and_heat: Vec<f64>,
+    /// T m' into the chamber per area, kg K/(s m2): from the supply, to the exhaust, past the piston.
+    per_area: [Vec<f64>; 3],
+    /// gamma R, J/(kg K).
+    scale: f64,
+    noise_pa: f64,
+    dead_volume_m3: f64,
+    feeds_above_null: bool,
+}
+
+/// A window: what flows in, and what it is made of.
+pub(super) struct Window {
+    /// What flows in, without the dead volume's part, kg K.
+    pub(super) wanted: f64,
+    /// What 1 m3 of dead volume takes off it, kg K/m3.
+    pub(super) per_dead_volume: f64,
+    /// What 1 m2 of leak past the piston brings, kg K/m2.
+    pub(super) per_leak: f64,
+    /// Opening towards the supply, V, and what 1 m2 of supply and of exhaust path brings there, kg K/m2.
+    pub(super) paths: Vec<(f64, f64, f64)>,
+    /// Standard deviation, kg K.
+    pub(super) deviation: f64,
+    /// Noise of what 1 m3 takes off it, one standard deviation, kg K/m3, and the volume without the
+    /// dead volume, m3, by which `wanted` has the same noise.
+    pub(super) noise: f64,
+    pub(super) stroke_m3: f64,
+}
+
+impl Axis {
+    /// Of a rig.
+    pub(super) fn of(values: &Values<'_, f64>) -> Result<Self, String> {
+        let missing = |what: &str| format!("the rig file says nothing of {what}");
+        let chamber = |side| {
+            values
+                .chamber(side)
+                .ok_or_else(|| missing("the [cylinder]"))
+        };
+        let valve = values.valve().and_then(Result::ok);
+        let valve = valve.ok_or_else(|| missing("the [valve]"))?;
+        let supply_pa = values.get("supply.pressure_Pa");
+        Ok(Self {
+            chambers: [chamber(Side::A)?, chamber(Side::B)?],
+            law: valve.law,
+            ambient: values.ambient(),
+            supply_pa: supply_pa.ok_or_else(|| missing("supply.pressure_Pa"))?,
+            feeds_a_above_null: valve.feeds_a_above_null,
+        })
+    }
+
+    /// Critical pressure ratio of the paths.
+    pub(super) fn critical_pressure_ratio(&self) -> f64 {
+        self.law.critical_pressure_ratio
+    }
+
+    /// The same axis with another critical pressure ratio.
+    pub(super) fn with_critical_pressure_ratio(mut self, ratio: f64) -> Self {
+        self.law.critical_pressure_ratio = ratio;
+        self
+    }
+
+    /// Dead volumes of both chambers, m3.
+    pub(super) fn dead_volumes_m3(&self) -> [f64; 2] {
+        self.chambers
+            .each_ref()
+            .map(|one| one.geometry.dead_volume_m3)
+    }
+
+    /// The same axis with other dead volumes.
+    pub(super) fn with_dead_volumes(mut self, dead_volume_m3: [f64; 2]) -> Self {
+        for (chamber, volume_m3) in self.chambers.iter_mut().zip(dead_volume_m3) {
+            chamber.geometry.dead_volume_m3 = volume_m3;
+        }
+        self
+    }
+
+    /// Both chambers of a recording.
+    pub(super) fn rows(
+        &self,
+        values: &Values<'_, f64>,
+        track: &Track<'_>,
+    ) -> Result<[ChamberRows; 2], String> {
+        let recording = track.recording;
+        let lacks = |signal: &str| format!("{}: signal {signal} is missing", recording.name);
+        let signal = |name: &str| recording.signal(name).ok_or_else(|| lacks(name));
+        let motion = track.motion.as_ref().ok_or_else(|| lacks("x"))?;
+        let command_v = signal("u")?;
+        let read = |side: Side| -> Result<Vec<f64>, String> {
+            let gauge = Gauge::of(values, side);
+            let shown = signal(side.pressure_signal())?;
+            Ok(shown
+                .iter()
+                .map(|shown_pa| gauge.reads_pa(*shown_pa))
+                .collect())
+        };
+        let pressures_pa = [read(Side::A)?, read(Side::B)?];
+        let supply_pa = recording.signal("p_s");
+        let at = |row: usize| supply_pa.map_or(self.supply_pa, |supply_pa| supply_pa[row]);
+        let supply_pa: Vec<f64> = (0..recording.len()).map(at).collect();
+        Ok(Side::BOTH.map(|side| {
+            let [own, other] = match side {
+                Side::A => [&pressures_pa[0], &pressures_pa[1]],
+                Side::B => [&pressures_pa[1], &pressures_pa[0]],
+            };
+            self.chamber_rows(
+                side,
+                &recording.time_s,
+                command_v,
+                [own, other, &supply_pa],
+                motion,
+            )
+        }))
+    }
+
+    fn chamber_rows(
+        &self,
+        side: Side,
+        time_s: &[f64],
+        command_v: &[f64],
+        [own_pa, other_pa, supply_pa]: [&Vec<f64>; 3],
+        motion: &Motion,
+    ) -> ChamberRows {
+        let chamber = &self.chambers[usize::from(side == Side::B)];
+        let gas = &chamber.gas;
+        let (gamma, constant) = (gas.heat_capacity_ratio, gas.gas_constant_j_per_kg_k);
+        let scale = gamma * constant;
+        let geometry = &chamber.geometry;
+        let rate = Motion::with_half_width(time_s, own_pa, RATE_HALF_WIDTH);
+        let room_k = self.ambient.temperature_k;
+        let rows = time_s.len();
+        let mut one = ChamberRows {
+            side,
+            time_s: time_s.to_vec(),
+            command_v: command_v.to_vec(),
+            pressure_pa: own_pa.clone(),
+            stroke_m3: Vec::with_capacity(rows),
+            work_and_heat: Vec::with_capacity(rows),
+            per_area: std::array::from_fn(|_| Vec::with_capacity(rows)),
+            scale,
+            noise_pa: white_noise(own_pa),
+            dead_volume_m3: geometry.dead_volume_m3,
+            feeds_above_null: self.feeds_a_above_null == (side == Side::A),
+        };
+        let mut temperature_k = room_k;
+        for row in 0..rows {
+            let position_m = motion.position_m[row];
+            let volume_m3 = geometry.volume_m3(position_m);
+            let swept_m3_s =
+                geometry.area_m2 * geometry.length_per_position * motion.velocity_m_per_s[row];
+            let (pressure_pa, rate_pa_s) = (rate.position_m[row], rate.velocity_m_per_s[row]);
+            // Net flow, with the heat of the row before: the sign tells charging from discharging.
+            let stored = (volume_m3 * rate_pa_s + gamma * pressure_pa * swept_m3_s) / scale;
+            let heat_transfer = if stored >= 0.0 {
+                chamber.heat_transfer_charging_w_per_m2_k
+            } else {
+                chamber.heat_transfer_discharging_w_per_m2_k
+            };
+            let heat_w = heat_transfer * geometry.surface_m2(position_m) * (room_k - temperature_k);
+            let heat = (gamma - 1.0) * heat_w / scale;
+            let inflow = stored - heat;
+            let upstream_k = if inflow >= 0.0 { room_k } else { temperature_k };
+            let states = |pressure_pa, temperature_k| GasState {
+                pressure_pa,
+                temperature_k,
+            };
+            let inside = states(own_pa[row], temperature_k);
+            let per_area = [
+                self.carried(states(supply_pa[row], room_k), inside),
+                self.carried(self.ambient, inside),
+                self.carried(states(other_pa[row], room_k), inside),
+            ];
+            for (column, value) in one.per_area.iter_mut().zip(per_area) {
+                column.push(value);
+            }
+            one.stroke_m3.push(volume_m3 - geometry.dead_volume_m3);
+            one.work_and_heat
+                .push((gamma - 1.0) * own_pa[row] * swept_m3_s / scale - heat);
+            let step_s = time_s.get(row + 1).map_or(0.0, |next| next - time_s[row]);
+            let mass_kg = pressure_pa * volume_m3 / (constant * temperature_k);
+            let growth =
+                rate_pa_s / pressure_pa + swept_m3_s / volume_m3 - inflow / upstream_k / mass_kg;
+            temperature_k *= 1.0 + (step_s * growth).clamp(-0.1, 0.1);
+            temperature_k = temperature_k.clamp(TEMPERATURES_K.0, TEMPERATURES_K.1);
+        }
+        one
+    }
+
+    /// T m' from one side to the inside through 1 m2, kg K/(s m2).
+    fn carried(&self, outside: GasState<f64>, inside: GasState<f64>) -> f64 {
+        let flow = self.law.flow(1.0, outside, inside).mass_flow_kg_per_s;
+        let upstream = if flow >= 0.0 { outside } else { inside };
+        flow * upstream.temperature_k
+    }
+}
+
+impl ChamberRows {
+    /// The largest distance of the command from a null, V.
+    pub(super) fn widest_v(&self, null_v: f64) -> f64 {
+        self.command_v
+            .iter()
+            .map(|command_v| (command_v - null_v).abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// The windows, half of one apart.
+    pub(super) fn windows(&self, at: Alignment) -> Vec<Window> {
+        let rows = self.time_s.len();
+        let step_s = crate::laws::median_step_s(&self.time_s);
+        let half = ((HALF_WINDOW_S / step_s).round() as usize).max(2);
+        let earlier = at.lag_s / step_s;
+        (half..rows.saturating_sub(half))
+            .step_by(half)
+            .filter_map(|centre| {
+                let first = centre - half;
+                let is_even =
+                    self.time_s[centre + half] - self.time_s[first] < 2.5 * half as f64 * step_s;
+                (is_even && first as f64 > earlier + 1.0)
+                    .then(|| self.window(centre, half, step_s, at, earlier))
+            })
+            .collect()
+    }
+
+    fn window(
+        &self,
+        centre: usize,
+        half: usize,
+        step_s: f64,
+        at: Alignment,
+        earlier: f64,
+    ) -> Window {
+        let mut window = Window {
+            wanted: 0.0,
+            per_dead_volume: 0.0,
+            per_leak: 0.0,
+            paths: Vec::with_capacity(2 * half),
+            deviation: 0.0,
+            noise: 0.0,
+            stroke_m3: self.stroke_m3[centre],
+        };
+        let mut slope_squares = 0.0;
+        for row in centre - half..=centre + half {
+            let tau = (row as f64 - centre as f64) / half as f64;
+            let bump = 1.0 - tau * tau;
+            // The weight and its derivative, times the step.
+            let weight = bump * bump * step_s;
+            let slope = -4.0 * tau * bump / half as f64;
+            let stored = -slope * self.pressure_pa[row] / self.scale;
+            window.wanted += stored * self.stroke_m3[row] + weight * self.work_and_heat[row];
+            window.per_dead_volume += stored;
+            window.per_leak += weight * self.per_area[2][row];
+            let opening_v = self.opening_v(row as f64 - earlier, at.null_v);
+            window.paths.push((
+                opening_v,
+                weight * self.per_area[0][row],
+                weight * self.per_area[1][row],
+            ));
+            slope_squares += slope * slope;
+        }
+        window.noise = self.noise_pa / self.scale * slope_squares.sqrt();
+        let noise = window.noise * (window.stroke_m3 + self.dead_volume_m3);
+        let flow = window.wanted + self.dead_volume_m3 * window.per_dead_volume;
+        window.deviation = noise.hypot(BALANCE_ERROR * flow);
+        window
+    }
+
+    /// Opening towards the supply at a row that may lie between two, V.
+    fn opening_v(&self, row: f64, null_v: f64) -> f64 {
+        let below = row.floor().max(0.0);
+        let share = row - below;
+        let below = below as usize;
+        let next = (below + 1).min(self.command_v.len() - 1);
+        let command_v =
+            self.command_v[below] + share * (self.command_v[next] - self.command_v[below]);
+        if self.feeds_above_null {
+            command_v - null_v
+        } else {
+            null_v - command_v
+        }
+    }
+}

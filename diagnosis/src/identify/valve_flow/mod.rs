@@ -1,0 +1,207 @@
+//! The areas of a valve's paths over its opening, out of recordings of the axis that it drives.
+//!
+//! A chamber of known volume is a flow meter: what flows in is what its pressure, its volume and its
+//! heat exchange account for (the paper's (3)). The flow is linear in the areas, so that they follow
+//! from one non-negative least squares problem, wherever the search starts:
+//!
+//! ```text
+//! ((pV)' + (gamma-1) p V' - (gamma-1) Q') / (gamma R) = (T m')_supply + (T m')_exhaust
+//! m' = A(opening) q(pressures)         A: linear between points, never falling
+//! ```
+//!
+//! * [`measure`]: null, lag and areas of a rig and its recordings
+//! * `balance.rs`: the balance in weak form, so that no pressure is differentiated
+//! * `areas.rs`: the least squares problem
+//! * `points.rs`: as few points of a table as the areas need
+//!
+//! Estimated beside the areas, so that they do not take it: dead volumes, a leak past the piston, the
+//! time by which the opening is later than the command. A leak to the surroundings that both chambers
+//! have cannot be told from the leakage of closed exhausts.
+
+mod areas;
+mod balance;
+mod points;
+mod text;
+
+use serde::Serialize;
+
+use areas::{Areas, Grid, Problem};
+use balance::{Axis, ChamberRows};
+
+use crate::laws::Track;
+use crate::model::Values;
+use crate::rig::Rig;
+
+/// How far the null is searched about the rig's, V: beyond what a data sheet is off by.
+const NULL_SEARCH_V: f64 = 0.4;
+/// The longest lag from command to opening that is searched, s.
+const LONGEST_LAG_S: f64 = 0.02;
+/// Null and lag are found in turns.
+const TURNS: usize = 2;
+/// Both searches end at this part of their range.
+const SEARCH_TOLERANCE: f64 = 5e-3;
+/// Distance of the grid's points where paths begin to open, V: enough to align the command ...
+const COARSE_V: f64 = 0.06;
+/// ... and fine enough for the knee: a few hundredths of a volt there are some kPa in the chambers.
+const FINE_V: f64 = 0.015;
+/// Critical pressure ratios that are searched: those of orifices and valves (ISO 6358).
+const CRITICAL_RATIOS: (f64, f64) = (0.1, 0.6);
+/// Full opening of a valve of which nothing is known, V.
+const FULL_V: f64 = 5.0;
+
+/// The valve as recordings show it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ValveFlow {
+    /// Command at which the spool is centred, V.
+    pub null_v: f64,
+    /// Time by which the opening is later than the command, s.
+    pub lag_s: f64,
+    /// Critical pressure ratio.
+    pub critical_pressure_ratio: f64,
+    /// The points of the estimate.
+    pub points: Vec<Point>,
+    /// Dead volumes of both chambers, m3.
+    pub dead_volume_m3: [f64; 2],
+    /// Area of a leak past the piston, m2.
+    pub piston_leak_m2: f64,
+    /// What the balance is off by, in units of what its noise and 5 % of the flow allow, rms.
+    pub misfit: f64,
+}
+
+/// One opening.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// Opening, V.
+    pub opening_v: f64,
+    /// Areas from the supply and to the exhaust, m2.
+    pub area_m2: [f64; 2],
+    /// Their standard deviations, from leaving out one tenth of the time after the other, m2.
+    pub deviation_m2: [f64; 2],
+}
+
+/// Null and lag that are tried.
+#[derive(Clone, Copy, Debug)]
+struct Alignment {
+    null_v: f64,
+    lag_s: f64,
+}
+
+/// Measures the valve.
+///
+/// # Errors
+/// One line where rig or recordings lack what the balance needs.
+pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<ValveFlow, String> {
+    let values = Values::of(rig);
+    let valve = rig.valve.as_ref().ok_or("the rig file has no [valve]")?;
+    let full_v = valve.opening_v.last().copied().unwrap_or(FULL_V);
+    let full_m2 = valve.supply_area_m2.last().copied().unwrap_or_default();
+    let mut search = Search {
+        axis: Axis::of(&values)?,
+        values: &values,
+        tracks,
+        null_v: valve.null_v,
+        slope_m2_v: full_m2 / full_v,
+        at: Alignment {
+            null_v: valve.null_v,
+            lag_s: 0.0,
+        },
+    };
+    search.align()?;
+    let (_, areas) = search.areas(COARSE_V)?;
+    search.axis = search.axis.with_dead_volumes(areas.dead_volume_m3);
+    search.align()?;
+    let (grid, areas) = search.areas(FINE_V)?;
+    Ok(points::measured(
+        &grid,
+        &areas,
+        search.at,
+        search.axis.critical_pressure_ratio(),
+    ))
+}
+
+/// What is searched about the linear problem.
+struct Search<'a> {
+    axis: Axis,
+    values: &'a Values<'a, f64>,
+    tracks: &'a [Track<'a>],
+    /// The rig's null, V.
+    null_v: f64,
+    slope_m2_v: f64,
+    at: Alignment,
+}
+
+impl Search<'_> {
+    fn rows(&self, axis: &Axis) -> Result<Vec<ChamberRows>, String> {
+        let both = self
+            .tracks
+            .iter()
+            .map(|track| axis.rows(self.values, track));
+        Ok(both
+            .collect::<Result<Vec<_>, String>>()?
+            .into_iter()
+            .flatten()
+            .collect())
+    }
+
+    fn grid(&self, rows: &[ChamberRows], finest_v: f64) -> Grid {
+        let widest_v = rows
+            .iter()
+            .map(|one| one.widest_v(self.null_v))
+            .fold(0.0, f64::max);
+        Grid::up_to(widest_v, finest_v, self.slope_m2_v)
+    }
+
+    /// Lag, null and critical pressure ratio of the least misfit.
+    fn align(&mut self) -> Result<(), String> {
+        let rows = self.rows(&self.axis)?;
+        let grid = self.grid(&rows, COARSE_V);
+        let dead_volumes_m3 = self.axis.dead_volumes_m3();
+        let misfit =
+            |rows: &[ChamberRows], at| Problem::new(&grid, dead_volumes_m3, rows, at).misfit();
+        let at = &mut self.at;
+        for _ in 0..TURNS {
+            at.lag_s = least((0.0, LONGEST_LAG_S), |lag_s| {
+                misfit(&rows, Alignment { lag_s, ..*at })
+            });
+            let within_v = (self.null_v - NULL_SEARCH_V, self.null_v + NULL_SEARCH_V);
+            at.null_v = least(within_v, |null_v| {
+                misfit(&rows, Alignment { null_v, ..*at })
+            });
+        }
+        let at = self.at;
+        let of_ratio = |ratio: f64| {
+            let rows = self.rows(&self.axis.clone().with_critical_pressure_ratio(ratio));
+            rows.map_or(f64::INFINITY, |rows| misfit(&rows, at))
+        };
+        let ratio = least(CRITICAL_RATIOS, of_ratio);
+        self.axis = self.axis.clone().with_critical_pressure_ratio(ratio);
+        Ok(())
+    }
+
+    fn areas(&self, finest_v: f64) -> Result<(Grid, Areas), String> {
+        let rows = self.rows(&self.axis)?;
+        let grid = self.grid(&rows, finest_v);
+        let areas = Problem::new(&grid, self.axis.dead_volumes_m3(), &rows, self.at).solved();
+        Ok((grid, areas))
+    }
+}
+
+/// The place of the least of a function with one valley, by golden section.
+fn least((mut from, mut to): (f64, f64), cost: impl Fn(f64) -> f64) -> f64 {
+    const SECTION: f64 = 0.618_033_988_749_894_9;
+    let tolerance = SEARCH_TOLERANCE * (to - from);
+    let (mut left, mut right) = (to - SECTION * (to - from), from + SECTION * (to - from));
+    let (mut at_left, mut at_right) = (cost(left), cost(right));
+    while to - from > tolerance {
+        if at_left <= at_right {
+            (to, right, at_right) = (right, left, at_left);
+            left = to - SECTION * (to - from);
+            at_left = cost(left);
+        } else {
+            (from, left, at_left) = (left, right, at_right);
+            right = from + SECTION * (to - from);
+            at_right = cost(right);
+        }
+    }
+    0.5 * (from + to)
+}
