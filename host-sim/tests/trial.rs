@@ -12,11 +12,12 @@ use host_sim::trial::seal::Opened;
 use host_sim::trial::{CaseResult, Scorecard, Setting, markdown, page, plan, seal};
 use std::fs;
 use std::path::PathBuf;
-use truth_plant::{Kind, Request, Strength};
+use truth_plant::{Kind, Nature, Request, Strength};
 
 const SETTING: Setting = Setting {
     seed: 5,
     kind: None,
+    nature: Nature::Laboratory,
 };
 
 /// The case of a plan as if the tool had said this of it; all effects count.
@@ -167,6 +168,7 @@ fn prop_a_scorecard_is_gone_on_with_only_in_its_own_trial() {
     let another = Setting {
         seed: 6,
         kind: None,
+        nature: Nature::Laboratory,
     };
     let message = Scorecard::read(&path, another).unwrap_err().to_string();
     assert!(message.contains("seed 5"), "{message}");

@@ -5,24 +5,65 @@ use crate::generated::{self, Part};
 use crate::shell::{self, Outcome, cargo};
 use std::fs;
 
-/// The part of the page.
-const PART: Part = Part {
-    name: "concealed trial",
-    task: "cargo xtask trial",
-};
-/// Cases, unless told.
-const CASES: &str = "200";
-/// The plan's seed. Cases of seeds 1 to 30 were looked at while the diagnosis was
-/// written; those of this one were not.
-const SEED: &str = "31";
-/// Where scorecard, seals and report land; a trial that was cut off goes on.
-const FOLDER: &str = "out/trial";
+/// A trial: its part of the page, its seed and where its rigs stand.
+struct Trial {
+    part: Part,
+    nature: &'static str,
+    /// The plan's seed. Cases of seeds 1 to 30 were looked at while the diagnosis was
+    /// written; those of these were not.
+    seed: &'static str,
+    /// Cases, unless told.
+    cases: &'static str,
+    /// Where scorecard, seals and report land; a trial that was cut off goes on.
+    folder: &'static str,
+}
 
-/// The task `trial`; the option is the number of cases.
+const TRIALS: [Trial; 2] = [
+    Trial {
+        part: Part {
+            name: "concealed trial",
+            task: "cargo xtask trial",
+        },
+        nature: "laboratory",
+        seed: "31",
+        cases: "200",
+        folder: "out/trial",
+    },
+    Trial {
+        part: Part {
+            name: "concealed trial on the shop floor",
+            task: "cargo xtask trial --shop-floor",
+        },
+        nature: "shop-floor",
+        seed: "1041",
+        cases: "24",
+        folder: "out/trial-shop-floor",
+    },
+];
+
+/// The task `trial`: `--shop-floor` for rigs that lie outside of what their files can say; a number
+/// for how many cases.
 pub fn run(options: &[String]) -> Outcome {
-    let cases = options.first().map_or(CASES, String::as_str);
-    let folder = shell::root().join(FOLDER);
+    let [laboratory, shop_floor] = &TRIALS;
+    let is_on_shop_floor = options.iter().any(|option| option == "--shop-floor");
+    let trial = if is_on_shop_floor {
+        shop_floor
+    } else {
+        laboratory
+    };
+    let cases = options.iter().find(|option| !option.starts_with("--"));
+    let cases = cases.map_or(trial.cases, String::as_str);
+    let folder = shell::root().join(trial.folder);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let announced = format!(
+        "`pneuma trial --nature {} --cases {cases} --seed {}`, commit {}.",
+        trial.nature,
+        trial.seed,
+        generated::commit()
+    );
+    let announcement = folder.join("announced.txt");
+    fs::write(&announcement, format!("{announced}\n"))
+        .map_err(|error| format!("{}: {error}", announcement.display()))?;
     let mut pneuma = cargo(&[
         "run",
         "--release",
@@ -32,7 +73,8 @@ pub fn run(options: &[String]) -> Outcome {
         "--bin",
         "pneuma",
     ]);
-    pneuma.args(["--", "trial", "--cases", cases, "--seed", SEED]);
+    pneuma.args(["--", "trial", "--nature", trial.nature]);
+    pneuma.args(["--cases", cases, "--seed", trial.seed]);
     for (option, file) in [
         ("--json", "scorecard.json"),
         ("--report", "scorecard.html"),
@@ -44,11 +86,9 @@ pub fn run(options: &[String]) -> Outcome {
     let tables = folder.join("tables.md");
     let tables =
         fs::read_to_string(&tables).map_err(|error| format!("{}: {error}", tables.display()))?;
-    let heading = format!(
-        "`pneuma trial --cases {cases} --seed {SEED}`, commit {}.",
-        generated::commit()
-    );
-    PART.write(PAGE, &format!("{heading}\n\n{HOW}\n{tables}"))
+    trial
+        .part
+        .write(PAGE, &format!("{announced}\n\n{HOW}\n{tables}"))
 }
 
 const HOW: &str = "\
@@ -58,5 +98,5 @@ diagnosis read the case's files and nothing else. An effect counts if taking it 
 honestly refitted model misses of the held-out recordings, and if it was not drawn at a tenth of what an engineer
 would care about; where none counts, the right verdict is that nothing is missing. Place, false alarms and confident errors are counted over every case that they can be counted over, also
 masked, noisy and brief ones. Counts stand beside the shares. Every case with its misses is in the report,
-`out/trial/scorecard.html`.
+`scorecard.html` beside the announcement in `out`.
 ";

@@ -170,7 +170,7 @@ fn summarise(
     }
     writeln!(
         out,
-        "next: pneuma check --rig {name} RECORDING, then pneuma diagnose --rig {name} --train RECORDING... --held-out RECORDING..."
+        "next: pneuma check --rig {name} RECORDING, then pneuma identify valve-flow --rig {name} RECORDING... --improved-rig measured.toml"
     )?;
     Ok(())
 }

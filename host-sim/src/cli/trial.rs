@@ -13,7 +13,7 @@ use std::fs;
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use truth_plant::Kind;
+use truth_plant::{Kind, Nature};
 
 /// Judge the diagnosis on rigs whose truth is sealed before it runs.
 ///
@@ -31,6 +31,10 @@ pub struct TrialArguments {
     /// other-form, off-list or unobservable.
     #[arg(long)]
     pub kind: Option<Kind>,
+    /// Where the rigs stand: laboratory, where the rig files' laws hold exactly, or shop-floor, where
+    /// they hold nearly.
+    #[arg(long, default_value_t = Nature::Laboratory)]
+    pub nature: Nature,
     /// How many cases run at once, sharing the cores; one for each core unless
     /// told. The times in the scorecard are those of cases that ran so.
     #[arg(long, default_value_t = usual())]
@@ -61,6 +65,7 @@ pub fn run(arguments: &TrialArguments, out: &mut dyn Write) -> Result<(), Comman
     let setting = Setting {
         seed: arguments.seed,
         kind: arguments.kind,
+        nature: arguments.nature,
     };
     let outputs = [
         Some(&arguments.json),
@@ -209,9 +214,10 @@ fn summary(card: &Scorecard, out: &mut dyn Write) -> Result<(), CommandError> {
             .map_or("no case", |kept| if kept { "kept" } else { "MISSED" });
         writeln!(
             out,
-            "{:<52} {:>16}  {kept}",
+            "{:<52} {:>16}  {:>12}  {kept}",
             mark.title,
-            mark.reached.to_string()
+            mark.reached.to_string(),
+            mark.reached.interval_in_words()
         )?;
     }
     Ok(())

@@ -8,7 +8,9 @@ use std::fmt::Write as _;
 
 /// Marks, classes and concealments.
 pub fn tables(card: &Scorecard) -> String {
-    let mut text = String::from("| mark | to reach | reached | kept |\n|---|---|---|---|\n");
+    let mut text = String::from(
+        "| mark | to reach | reached | Wilson's interval of 95 % | kept |\n|---|---|---|---|---|\n",
+    );
     for mark in &card.score.marks {
         let way = if mark.at_least { "at least" } else { "at most" };
         let kept = mark
@@ -17,10 +19,11 @@ pub fn tables(card: &Scorecard) -> String {
         // Writing into a string cannot fail.
         let _ = writeln!(
             text,
-            "| {} | {way} {:.0} % | {} | {kept} |",
+            "| {} | {way} {:.0} % | {} | {} | {kept} |",
             mark.title,
             100.0 * mark.mark,
-            mark.reached
+            mark.reached,
+            mark.reached.interval_in_words()
         );
     }
     if !card.others.is_empty() {

@@ -9,7 +9,7 @@ use super::digest;
 use crate::effects;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use truth_plant::{Kind, Request, Strength};
+use truth_plant::{Kind, Nature, Request, Strength};
 
 /// How the truth is concealed beyond its label.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -112,13 +112,17 @@ pub struct Planned {
     pub noise: f64,
     /// How its truth is concealed.
     pub concealment: Concealment,
+    /// Where its rig stands.
+    #[serde(default)]
+    pub nature: Nature,
 }
 
 impl Planned {
     /// The case as the generator is asked for it. `None` if the generator has
     /// no such effect.
     pub fn request(&self) -> Option<Request> {
-        let mut request = Request::new(self.seed, self.kind).with_noise(self.noise);
+        let request = Request::new(self.seed, self.kind).with_nature(self.nature);
+        let mut request = request.with_noise(self.noise);
         if let Some(effect) = &self.effect {
             request = request.with_effect(effect).ok()?;
         }
@@ -168,14 +172,18 @@ pub struct Setting {
     pub seed: u64,
     /// Cases of this kind only.
     pub kind: Option<Kind>,
+    /// Where the rigs stand.
+    #[serde(default)]
+    pub nature: Nature,
 }
 
 /// A stream of cases of one sort.
 struct Stream {
     kind: Kind,
     concealment: Concealment,
-    /// Cases out of a hundred.
-    weight: usize,
+    /// Cases out of a hundred: in the laboratory, and on the shop floor, where false alarms are
+    /// what matters.
+    weights: [usize; 2],
     choice: Choice,
 }
 
@@ -195,25 +203,55 @@ enum Choice {
 const STRENGTHS: [Strength; 3] = [Strength::Weak, Strength::Medium, Strength::Strong];
 
 const STREAMS: [Stream; 12] = [
-    stream(Kind::Single, Concealment::Hidden, 34, Choice::Listed),
-    stream(Kind::Single, Concealment::Masked, 8, Choice::Listed),
-    stream(Kind::Single, Concealment::Noisy(3.0), 5, Choice::Listed),
-    stream(Kind::Single, Concealment::Noisy(10.0), 5, Choice::Listed),
-    stream(Kind::Onset, Concealment::Brief, 9, Choice::Strengths),
-    stream(Kind::Pair, Concealment::Hidden, 9, Choice::Strengths),
-    stream(Kind::OtherForm, Concealment::Hidden, 5, Choice::Strengths),
-    stream(Kind::OffList, Concealment::Hidden, 8, Choice::OffList),
-    stream(Kind::Nothing, Concealment::Hidden, 5, Choice::Drawn),
-    stream(Kind::Parameters, Concealment::Hidden, 5, Choice::Drawn),
-    stream(Kind::Dirty, Concealment::Hidden, 4, Choice::Drawn),
-    stream(Kind::Unobservable, Concealment::Hidden, 3, Choice::Drawn),
+    stream(Kind::Single, Concealment::Hidden, [34, 36], Choice::Listed),
+    stream(Kind::Single, Concealment::Masked, [8, 6], Choice::Listed),
+    stream(
+        Kind::Single,
+        Concealment::Noisy(3.0),
+        [5, 3],
+        Choice::Listed,
+    ),
+    stream(
+        Kind::Single,
+        Concealment::Noisy(10.0),
+        [5, 0],
+        Choice::Listed,
+    ),
+    stream(Kind::Onset, Concealment::Brief, [9, 7], Choice::Strengths),
+    stream(Kind::Pair, Concealment::Hidden, [9, 7], Choice::Strengths),
+    stream(
+        Kind::OtherForm,
+        Concealment::Hidden,
+        [5, 3],
+        Choice::Strengths,
+    ),
+    stream(Kind::OffList, Concealment::Hidden, [8, 8], Choice::OffList),
+    stream(Kind::Nothing, Concealment::Hidden, [5, 14], Choice::Drawn),
+    stream(
+        Kind::Parameters,
+        Concealment::Hidden,
+        [5, 12],
+        Choice::Drawn,
+    ),
+    stream(Kind::Dirty, Concealment::Hidden, [4, 4], Choice::Drawn),
+    stream(
+        Kind::Unobservable,
+        Concealment::Hidden,
+        [3, 0],
+        Choice::Drawn,
+    ),
 ];
 
-const fn stream(kind: Kind, concealment: Concealment, weight: usize, choice: Choice) -> Stream {
+const fn stream(
+    kind: Kind,
+    concealment: Concealment,
+    weights: [usize; 2],
+    choice: Choice,
+) -> Stream {
     Stream {
         kind,
         concealment,
-        weight,
+        weights,
         choice,
     }
 }
@@ -223,12 +261,13 @@ pub fn plan(setting: Setting, cases: usize) -> Vec<Planned> {
     let streams: Vec<&Stream> = STREAMS
         .iter()
         .filter(|stream| setting.kind.is_none_or(|kind| stream.kind == kind))
+        .filter(|stream| stream.weight(setting.nature) > 0)
         .collect();
     let mut dealt = vec![0; streams.len()];
     (0..cases)
         .filter_map(|number| {
-            let next = most_owed(&streams, &dealt)?;
-            let planned = streams[next].case(setting.seed, number, dealt[next]);
+            let next = most_owed(&streams, setting.nature, &dealt)?;
+            let planned = streams[next].case(setting, number, dealt[next]);
             dealt[next] += 1;
             Some(planned)
         })
@@ -237,15 +276,24 @@ pub fn plan(setting: Setting, cases: usize) -> Vec<Planned> {
 
 /// The stream that has had the least of its weight (Webster's method); of
 /// equals the first.
-fn most_owed(streams: &[&Stream], dealt: &[usize]) -> Option<usize> {
+fn most_owed(streams: &[&Stream], nature: Nature, dealt: &[usize]) -> Option<usize> {
     (0..streams.len()).min_by(|&a, &b| {
-        let load = |index: usize| (2 * dealt[index] + 1) as f64 / streams[index].weight as f64;
+        let load =
+            |index: usize| (2 * dealt[index] + 1) as f64 / streams[index].weight(nature) as f64;
         load(a).total_cmp(&load(b))
     })
 }
 
 impl Stream {
-    fn case(&self, trial_seed: u64, number: usize, turn: usize) -> Planned {
+    fn weight(&self, nature: Nature) -> usize {
+        let [laboratory, shop_floor] = self.weights;
+        match nature {
+            Nature::Laboratory => laboratory,
+            Nature::ShopFloor => shop_floor,
+        }
+    }
+
+    fn case(&self, setting: Setting, number: usize, turn: usize) -> Planned {
         let (effect, strength) = match self.choice {
             Choice::Listed => in_turn(&effects_of(true), self.offset() + turn),
             Choice::OffList => in_turn(&effects_of(false), turn),
@@ -254,7 +302,7 @@ impl Stream {
         };
         Planned {
             number,
-            seed: digest::case_seed(trial_seed, number),
+            seed: digest::case_seed(setting.seed, number),
             kind: self.kind,
             effect,
             strength,
@@ -263,6 +311,7 @@ impl Stream {
                 _ => 1.0,
             },
             concealment: self.concealment,
+            nature: setting.nature,
         }
     }
 
@@ -313,6 +362,7 @@ mod tests {
         let setting = Setting {
             seed: 7,
             kind: None,
+            nature: Nature::Laboratory,
         };
         plan(setting, cases)
     }
@@ -322,6 +372,7 @@ mod tests {
         let setting = Setting {
             seed: 1,
             kind: Some(Kind::OffList),
+            nature: Nature::Laboratory,
         };
         for (names, singles) in [
             (effects_of(true), None),
@@ -357,7 +408,7 @@ mod tests {
                     .or_default() += 1;
             }
             for stream in &STREAMS {
-                let expected = stream.weight as f64 * length as f64 / 100.0;
+                let expected = stream.weight(Nature::Laboratory) as f64 * length as f64 / 100.0;
                 let key = format!("{:?} {:?}", stream.kind, stream.concealment);
                 let count = counts.get(&key).copied().unwrap_or(0) as f64;
                 assert!(
@@ -371,13 +422,14 @@ mod tests {
 
     #[test]
     fn prop_streams_are_weighted_to_a_hundred() {
-        assert_eq!(
-            STREAMS.iter().map(|stream| stream.weight).sum::<usize>(),
-            100
-        );
+        for nature in Nature::ALL {
+            let weights = STREAMS.iter().map(|stream| stream.weight(nature));
+            assert_eq!(weights.sum::<usize>(), 100, "{nature}");
+        }
         let single = Setting {
             seed: 7,
             kind: Some(Kind::Nothing),
+            nature: Nature::Laboratory,
         };
         assert!(
             plan(single, 9)
@@ -391,5 +443,24 @@ mod tests {
     #[test]
     fn prop_every_planned_case_can_be_asked_for() {
         assert!(whole(200).iter().all(|case| case.request().is_some()));
+    }
+
+    #[test]
+    fn prop_rigs_of_the_shop_floor_are_drawn_as_such() {
+        let setting = Setting {
+            seed: 7,
+            kind: None,
+            nature: Nature::ShopFloor,
+        };
+        let planned = plan(setting, 50);
+        let natures = planned.iter().filter_map(Planned::request);
+        assert!(
+            natures
+                .map(|one| one.truth().nature)
+                .all(|nature| nature == Nature::ShopFloor)
+        );
+        let healthy = [Kind::Nothing, Kind::Parameters, Kind::Dirty];
+        let healthy = planned.iter().filter(|case| healthy.contains(&case.kind));
+        assert_eq!(healthy.count(), 15);
     }
 }

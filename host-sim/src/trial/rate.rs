@@ -41,6 +41,15 @@ impl Rate {
         let half = NORMAL_95 * variance.sqrt() / (1.0 + square / of);
         Some(((middle - half).max(0.0), (middle + half).min(1.0)))
     }
+
+    /// [`Self::interval`] as a person reads it, %; empty without a try.
+    pub fn interval_in_words(self) -> String {
+        let percent = |share: f64| number::fixed(100.0 * share, 0);
+        let interval = self.interval();
+        interval.map_or_else(String::new, |(low, high)| {
+            format!("{} to {} %", percent(low), percent(high))
+        })
+    }
 }
 
 impl fmt::Display for Rate {
