@@ -1,63 +1,15 @@
 //! The control task: one pure call a tick.
 
-use crate::codes::{AdcCodes, CommandShaper, DacCode, ValveConverter};
+use crate::codes::{CommandShaper, ValveConverter};
 use crate::fault::{Fault, Finding};
 use crate::link::Order;
 use crate::settings::NULL_V;
 use crate::start::ResetCause;
 use crate::status::{Counters, Status};
 use crate::supervisor::Supervisor;
+use crate::tick::{Command, Sample, State};
 use model_core::controller::{Action, Controller, ControllerState, Estimate, Measurements};
 use model_core::reference::Reference;
-
-/// What comes in at a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// Number of the tick.
-    pub tick: u32,
-    /// The converters' codes.
-    pub codes: AdcCodes,
-    /// Where the load should be; NaN asks for nothing.
-    pub reference: Reference<f32>,
-}
-
-/// State of the controller as the outside sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum State {
-    /// The observer settles; the valve is at its null.
-    Init = 0,
-    /// Nothing is asked for; the valve is at its null.
-    Idle = 1,
-    /// The load follows the reference.
-    Track = 2,
-    /// Something is wrong; the valve is at its null.
-    Fault = 3,
-}
-
-impl State {
-    /// The state of a code.
-    pub fn from_code(code: u8) -> Option<Self> {
-        [Self::Init, Self::Idle, Self::Track, Self::Fault]
-            .into_iter()
-            .find(|state| *state as u8 == code)
-    }
-}
-
-/// What goes out at a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Command {
-    /// Tick of the sample.
-    pub tick: u32,
-    /// For the valve.
-    pub valve: DacCode,
-    /// State of the controller.
-    pub state: State,
-    /// 0, or the code of the fault, see [`Fault`].
-    pub fault: u8,
-    /// What the observer believes.
-    pub estimate: Estimate<f32>,
-}
 
 /// Why a controller was not swapped: the axis is not at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -36,3 +36,4 @@ pub mod start;
 pub mod status;
 pub mod supervisor;
 pub mod telemetry;
+pub mod tick;

@@ -5,9 +5,9 @@
 //! repeatable to the byte and nobody's clock matters. All fields little-endian.
 
 use crate::codes::{AdcCodes, DacCode};
-use crate::control_task::{Command, Sample};
 use crate::fault::{Fault, Finding};
 use crate::frame::LONGEST_PAYLOAD;
+use crate::tick::{Command, Sample};
 use heapless::Vec;
 use model_core::reference::Reference;
 
@@ -193,7 +193,7 @@ pub struct CommandRecord {
     pub tick: u32,
     /// For the valve.
     pub valve: DacCode,
-    /// The controller's state, see [`crate::control_task::State`].
+    /// The controller's state, see [`crate::tick::State`].
     pub state: u8,
     /// 0, or why it is in fault.
     pub fault: u8,

@@ -36,7 +36,7 @@ mod app {
     };
     use core::mem::MaybeUninit;
     use firmware::codes::{AdcCodes, DacCode};
-    use firmware::control_task::{Command, ControlTask, Sample, State};
+    use firmware::control_task::ControlTask;
     use firmware::cost::{Cost, Report};
     use firmware::crash::{self, Crash};
     use firmware::fault::Fault;
@@ -46,6 +46,7 @@ mod app {
     use firmware::settings::transfer::Transfer;
     use firmware::start::{ResetCause, cause_of, finding_of};
     use firmware::telemetry::{self, Streaming, Tap};
+    use firmware::tick::{Command, Sample, State};
     use heapless::spsc::{Consumer, Producer, Queue};
     use model_core::reference::Reference;
     use rtic::Mutex;

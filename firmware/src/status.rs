@@ -1,9 +1,9 @@
 //! What the supervisor tells: counters and the status report.
 
-use crate::control_task::State;
 use crate::fault::{Fault, Finding};
 use crate::link::{Fields, Payload, put};
 use crate::start::ResetCause;
+use crate::tick::State;
 
 /// First byte of a status payload.
 pub const KIND: u8 = 0x40;

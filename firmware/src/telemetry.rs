@@ -23,8 +23,8 @@
 //! sum.
 
 use crate::codes::{AdcCodes, DacCode};
-use crate::control_task::{Command, Sample};
 use crate::link::{Fields, Payload, put};
+use crate::tick::{Command, Sample};
 use heapless::Deque;
 
 /// Places in the queue: a wait of 16 ms at 1 kHz, 2 ms at 8 kHz; the longest
@@ -62,7 +62,7 @@ pub struct Record {
     pub codes: AdcCodes,
     /// The valve's code in force from this tick to the next.
     pub valve_in_force: DacCode,
-    /// The controller's state, see [`crate::control_task::State`].
+    /// The controller's state, see [`crate::tick::State`].
     pub state: u8,
     /// 0, or the code of the fault.
     pub fault: u8,
@@ -248,8 +248,8 @@ pub fn read_streaming(payload: &[u8]) -> Option<Streaming> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control_task::State;
     use crate::frame;
+    use crate::tick::State;
     use model_core::controller::Estimate;
     use model_core::reference::Reference;
 

@@ -2,8 +2,8 @@
 //! and recordings that the other commands read.
 
 use firmware::codes::{AdcCodes, DacCode};
-use firmware::control_task::Sample;
 use firmware::link::CommandRecord;
+use firmware::tick::Sample;
 use host_sim::closed_loop::{
     Course, Drive, DriveError, HostController, PidController, PidGains, RemoteController, Row, Run,
     control_task, run, serve, transcript, wrongly_known,

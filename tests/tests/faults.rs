@@ -2,9 +2,10 @@
 //! is `cargo xtask faults`, which writes `docs/faults.md`.
 
 use firmware::codes::{AdcCode, AdcCodes, DacCode};
-use firmware::control_task::{Command, ControlTask, Sample, State};
+use firmware::control_task::ControlTask;
 use firmware::fault::Fault;
 use firmware::start::{cause_of, finding_of};
+use firmware::tick::{Command, Sample, State};
 use host_sim::closed_loop::{HostController, control_task, wrongly_known};
 use host_sim::fault_campaign::{CASES, Moment, fault_list, normal_run, run_case};
 use host_sim::rig::Rig;

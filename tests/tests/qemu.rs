@@ -4,11 +4,12 @@
 //! Without QEMU these tests say so and pass; in continuous integration they fail.
 
 use firmware::codes::AdcCodes;
-use firmware::control_task::{ControlTask, Sample, State};
+use firmware::control_task::ControlTask;
 use firmware::cost::Report;
 use firmware::settings::transfer::{self, Verdict};
 use firmware::settings::{Settings, record};
 use firmware::status::Status;
+use firmware::tick::{Sample, State};
 use firmware::{frame, link, telemetry};
 use model_core::reference::Reference;
 use std::path::{Path, PathBuf};

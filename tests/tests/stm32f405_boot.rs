@@ -2,11 +2,11 @@
 //! whose clocks never report ready, without DMA, DAC or a position converter. It
 //! must start, find that out within its bounded waits, and say so.
 
-use firmware::control_task::State;
 use firmware::fault::Fault;
 use firmware::frame::{Decoder, Received};
 use firmware::start::ResetCause;
 use firmware::status::Status;
+use firmware::tick::State;
 use std::io::Read;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};

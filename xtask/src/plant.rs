@@ -5,10 +5,10 @@
 use crate::qemu::Machine;
 use crate::shell::Outcome;
 use firmware::codes::{AdcCodes, COMMAND_V, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S};
-use firmware::control_task::Sample;
 use firmware::cost::Report;
 use firmware::frame::{self, Decoder, Received};
 use firmware::link::{self, CommandRecord};
+use firmware::tick::Sample;
 use model_core::axis::{Axis, AxisInputs, AxisState};
 use model_core::paper;
 use model_core::reference::Reference;

@@ -11,7 +11,7 @@
 //! * the chamber that is fed loses gas (the same recordings: correlations from 0.26).
 
 use super::SignalReport;
-use super::faults::{Fault, FaultKind, at_odds_as, floor};
+use super::fault::{Fault, FaultKind, at_odds_as, floor};
 use super::statistics::{as_float, moved, quantile};
 use crate::recording::Recording;
 use crate::rig::{FeedsAWhen, PositionZero, Rig, Valve};

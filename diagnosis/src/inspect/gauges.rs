@@ -11,7 +11,7 @@
 //! pressure that stays at that of the surroundings while the volume changes
 //! belongs to a chamber that is open.
 
-use super::faults::{Fault, FaultKind, at_odds_as};
+use super::fault::{Fault, FaultKind, at_odds_as};
 use super::statistics::quantile;
 use super::{BAR_PA, SignalReport};
 use crate::recording::Recording;

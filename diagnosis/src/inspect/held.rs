@@ -7,7 +7,7 @@
 //! them all. Thirty steps of one third each come to 95 % by chance once in 1e13.
 
 use super::SignalReport;
-use super::faults::{Fault, FaultKind, at_odds_as};
+use super::fault::{Fault, FaultKind, at_odds_as};
 use super::statistics::quantile;
 use crate::recording::Recording;
 

@@ -11,7 +11,7 @@
 //! A pressure or a force that leaps alone is not judged here.
 
 use super::SignalReport;
-use super::faults::{Fault, FaultKind, fault};
+use super::fault::{Fault, FaultKind, fault};
 use super::statistics::{Run, path};
 use crate::recording::Recording;
 

@@ -12,6 +12,7 @@
 mod contradictions;
 mod display;
 mod excitation;
+mod fault;
 mod faults;
 mod gauges;
 mod held;
@@ -23,11 +24,11 @@ mod statistics;
 use serde::Serialize;
 
 pub use excitation::Excitation;
-pub use faults::{Fault, FaultKind};
+pub use fault::{Fault, FaultKind};
 
 /// A fault of a whole recording that was found otherwise.
 pub(crate) fn whole(recording: &Recording, signal: &str, said: &str) -> Fault {
-    faults::at_odds_as(FaultKind::Inconsistent, recording, signal, said)
+    fault::at_odds_as(FaultKind::Inconsistent, recording, signal, said)
 }
 
 use crate::recording::Recording;

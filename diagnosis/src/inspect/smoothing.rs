@@ -9,7 +9,7 @@
 //! A smoothed pressure is late by half of the width and lacks what is quicker.
 
 use super::SignalReport;
-use super::faults::{Fault, FaultKind, at_odds_as};
+use super::fault::{Fault, FaultKind, at_odds_as};
 use super::statistics::quantile;
 use crate::recording::Recording;
 

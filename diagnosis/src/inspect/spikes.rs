@@ -8,7 +8,7 @@
 //! real recordings; a laser gauge with lost readings reaches 25), a burst of 1.5 bar
 //! on a gauge with 0.25 kPa of noise is 380.
 
-use super::faults::{Fault, FaultKind, fault};
+use super::fault::{Fault, FaultKind, fault};
 use super::statistics::{Run, as_float};
 use super::{LISTED, SignalReport};
 use crate::recording::Recording;

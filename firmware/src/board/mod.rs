@@ -17,10 +17,10 @@
 //! | `UART5` | transmit | software |
 
 use firmware::codes::{DacCode, ValveConverter};
-use firmware::control_task::Sample;
 use firmware::fault::Finding;
 use firmware::settings::slots::SlotStorage;
 use firmware::start::ResetCause;
+use firmware::tick::Sample;
 
 mod exceptions;
 mod kept;

@@ -1,6 +1,6 @@
 //! Settings to the laws and the controller.
 
-use super::check::SettingsFault;
+use super::field::SettingsFault;
 use super::parameters::{self, Settings, Thermal};
 use model_core::axis::{self, Axis, Pneumatics};
 use model_core::carriage::Carriage;

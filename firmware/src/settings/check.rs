@@ -3,114 +3,14 @@
 //! The ranges are those of a servo-pneumatic axis with room on both sides; they
 //! are there to catch a slip of units and a damaged number, not to doubt a rig.
 
+use super::field::{Field, SettingsFault, field, or_none};
 use super::parameters::{Chamber, Settings, Thermal};
 use crate::codes::POSITION_M;
-use core::fmt;
 use model_core::left_out::DELAY_CAPACITY;
-use model_core::valve::{TABLE_CAPACITY, TableFault};
 
 /// Where a valve of 0 to 10 V may have its null, V: half a volt about the middle, five times what
 /// data sheets allow. In a fault the valve is put there.
 pub const NULL_V: [f32; 2] = [4.5, 5.5];
-
-/// A number of the settings with its name and the range that it must be in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Field {
-    /// `section.name`.
-    pub name: &'static str,
-    /// The number.
-    pub value: f32,
-    /// The least that is admitted.
-    pub lowest: f32,
-    /// The most that is admitted.
-    pub highest: f32,
-    /// Nought is admitted beside the range: it switches off what the number belongs to.
-    pub or_none: bool,
-}
-
-/// Why settings make no controller.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SettingsFault {
-    /// Infinite, or no number.
-    NotFinite(&'static str),
-    /// Nought or below, where only a positive number makes sense.
-    NonPositive(&'static str),
-    /// Beyond what any such rig has.
-    OutOfRange(Field),
-    /// A table that is none.
-    Table(&'static str, TableFault),
-    /// Two numbers that cannot both be right: the name of the one, and what is
-    /// wrong with it.
-    Contradiction(&'static str, &'static str),
-}
-
-impl SettingsFault {
-    /// The name of the field at fault.
-    pub fn field(&self) -> &'static str {
-        match self {
-            Self::NotFinite(name)
-            | Self::NonPositive(name)
-            | Self::Table(name, _)
-            | Self::Contradiction(name, _) => name,
-            Self::OutOfRange(field) => field.name,
-        }
-    }
-}
-
-impl fmt::Display for SettingsFault {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFinite(name) => write!(out, "{name}: is no finite number"),
-            Self::NonPositive(name) => write!(out, "{name}: expected a number above 0"),
-            Self::OutOfRange(field) => {
-                let or_none = if field.or_none { ", or 0" } else { "" };
-                write!(
-                    out,
-                    "{}: {} is out of range, expected {} to {}{or_none}",
-                    field.name, field.value, field.lowest, field.highest
-                )
-            }
-            Self::Table(name, fault) => write_table_fault(out, name, fault),
-            Self::Contradiction(name, problem) => write!(out, "{name}: {problem}"),
-        }
-    }
-}
-
-fn write_table_fault(out: &mut fmt::Formatter<'_>, name: &str, fault: &TableFault) -> fmt::Result {
-    match fault {
-        TableFault::Length(count) => write!(
-            out,
-            "{name}: has {count} points, expected 2 to {TABLE_CAPACITY}"
-        ),
-        TableFault::LengthsDiffer => write!(out, "{name}: expected as many areas as openings"),
-        TableFault::OpeningNotRising(point) => write!(
-            out,
-            "{name}: opening {point} (counted from 0) does not rise, or the first is not 0"
-        ),
-        TableFault::AreaNotRising(point) => write!(
-            out,
-            "{name}: area {point} (counted from 0) is below the one before"
-        ),
-    }
-}
-
-impl Field {
-    pub(super) fn check(&self) -> Result<(), SettingsFault> {
-        if !self.value.is_finite() {
-            return Err(SettingsFault::NotFinite(self.name));
-        }
-        if self.or_none && self.value == 0.0 {
-            return Ok(());
-        }
-        if self.value <= 0.0 && self.lowest > 0.0 && !self.or_none {
-            return Err(SettingsFault::NonPositive(self.name));
-        }
-        if self.value < self.lowest || self.value > self.highest {
-            return Err(SettingsFault::OutOfRange(*self));
-        }
-        Ok(())
-    }
-}
 
 /// Positions beyond the converter's scale, which has its nought at mid-stroke,
 /// cannot be measured.
@@ -152,25 +52,6 @@ fn chamber_fields(chamber: &Chamber, names: &ChamberNames) -> [Field; 8] {
         field(laminar, chamber.leak_laminar_kg_per_s_pa2, 0.0, 1e-9),
         field(orifice, chamber.leak_orifice_m2, 0.0, 1e-3),
     ]
-}
-
-pub(super) const fn field(name: &'static str, value: f32, lowest: f32, highest: f32) -> Field {
-    Field {
-        name,
-        value,
-        lowest,
-        highest,
-        or_none: false,
-    }
-}
-
-/// A number that switches something off where it is nought. Next to nothing is neither: what
-/// divides by it is infinite.
-pub(super) const fn or_none(name: &'static str, value: f32, lowest: f32, highest: f32) -> Field {
-    Field {
-        or_none: true,
-        ..field(name, value, lowest, highest)
-    }
 }
 
 /// Openings and areas of a valve's table, V and m2, are no larger.

@@ -6,7 +6,7 @@
 //! command's path, of the tube, of one chamber and of the friction levels stand in
 //! those sections. Effects of a sensor or a recording are none of the controller's.
 
-use super::check::{Field, SettingsFault, field, or_none};
+use super::field::{Field, SettingsFault, field, or_none};
 use super::parameters::{Carriage, Friction, FrictionTerms};
 use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;

@@ -5,7 +5,7 @@
 //! range is stable on a rig is another matter: docs/settings.md says which gain
 //! to change for what, and how.
 
-use super::check::{Field, SettingsFault, field};
+use super::field::{Field, SettingsFault, field};
 use model_core::controller;
 use model_core::left_out::DELAY_CAPACITY;
 use model_core::observer::ObserverGains;

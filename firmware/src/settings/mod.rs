@@ -18,14 +18,16 @@
 mod build;
 mod check;
 mod effects;
+mod field;
 mod gains;
 mod parameters;
 pub mod record;
 pub mod slots;
 pub mod transfer;
 
-pub use check::{Field, NULL_V, SettingsFault};
+pub use check::NULL_V;
 pub use effects::{MechanicalEffects, PneumaticEffects};
+pub use field::{Field, SettingsFault};
 pub use gains::Gains;
 pub use parameters::{
     Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gas,

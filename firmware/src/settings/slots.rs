@@ -9,7 +9,7 @@
 //! with a watchdog. Hence one storing between two starts; programming a word
 //! stops the processor for 16 us only.
 
-use super::check::SettingsFault;
+use super::field::SettingsFault;
 use super::parameters::Settings;
 use super::record::{
     ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, Stored, decode, header, sequence_of,

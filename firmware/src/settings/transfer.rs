@@ -16,7 +16,7 @@
 //! in if the axis is at rest, and only then stores the record: a refusal leaves
 //! everything as it was.
 
-use super::check::SettingsFault;
+use super::field::SettingsFault;
 use super::record::{Content, LONGEST_CONTENT, VERSION, content_crc, decode_content};
 use super::slots::{SlotStorage, Slots, StoreFault};
 use crate::control_task::NotAtRest;

@@ -41,9 +41,9 @@ mod swing;
 mod travel;
 
 use crate::codes::AdcCodes;
-use crate::control_task::{Sample, State};
 use crate::fault::{Channel, Finding};
 use crate::status::Counters;
+use crate::tick::{Sample, State};
 use force::ForceState;
 use jump::{Jump, JumpState};
 use model_core::axis::Axis;

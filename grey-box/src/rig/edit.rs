@@ -7,8 +7,10 @@ use std::collections::BTreeMap;
 
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use super::keys::{CHOICES, CRITICAL_RATIO, NUMBERS, ValveTable};
+use super::keys::{CHOICES, NUMBERS};
+use super::stated_flow::CRITICAL_RATIO;
 use super::stated_flow::{STATED_FLOW, deviates};
+use super::valve_table::ValveTable;
 use super::write::float;
 use super::{Column, FORMAT, Rig, RigError, Signal, read_text};
 

@@ -9,37 +9,11 @@
 
 use std::collections::BTreeMap;
 
-use super::stated_flow::STATED_FLOW;
-use super::{ChamberModel, Exhausts, FeedsAWhen, PositionZero, Rig, UnknownKey, Valve};
+use super::facts::{Facts, Limits, RATIO, facts, limits, positive};
+use super::stated_flow::{CRITICAL_RATIO, STATED_FLOW};
+use super::valve_table::ValveTable;
+use super::{ChamberModel, Exhausts, FeedsAWhen, PositionZero, Rig, UnknownKey};
 use crate::effects;
-
-/// What a person needs to know of a key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Facts {
-    /// The unit; 1 for a ratio.
-    pub unit: &'static str,
-    /// A typical value, or the range of typical values.
-    pub typical: &'static str,
-    /// What it is, in one sentence.
-    pub what: &'static str,
-    /// Where one finds it.
-    pub source: &'static str,
-}
-
-/// What a key's line in the reference says.
-pub const fn facts(
-    unit: &'static str,
-    typical: &'static str,
-    what: &'static str,
-    source: &'static str,
-) -> Facts {
-    Facts {
-        unit,
-        typical,
-        what,
-        source,
-    }
-}
 
 /// One section of a rig file.
 pub(super) struct Section {
@@ -85,58 +59,6 @@ pub(super) fn section_names() -> impl Iterator<Item = &'static str> {
         .map(|section| section.name)
 }
 
-/// What a number may be, and how a line says so.
-pub struct Limits {
-    /// The least number.
-    pub low: f64,
-    /// The largest number.
-    pub high: f64,
-    /// Whether `low` itself is admitted.
-    pub low_included: bool,
-    /// Whether `high` itself is admitted.
-    pub high_included: bool,
-    /// How a message says what was expected.
-    pub expected: &'static str,
-}
-
-impl Limits {
-    /// Whether a number lies within.
-    pub fn admit(&self, value: f64) -> bool {
-        let above = value > self.low || (self.low_included && value >= self.low);
-        let below = value < self.high || (self.high_included && value <= self.high);
-        above && below
-    }
-}
-
-/// Limits that are themselves admitted.
-pub const fn limits(low: f64, high: f64, expected: &'static str) -> Limits {
-    Limits {
-        low,
-        high,
-        low_included: true,
-        high_included: true,
-        expected,
-    }
-}
-
-/// Above nought, up to `high`.
-pub const fn positive(high: f64, expected: &'static str) -> Limits {
-    Limits {
-        low: 0.0,
-        high,
-        low_included: false,
-        high_included: true,
-        expected,
-    }
-}
-
-pub(super) const RATIO: Limits = Limits {
-    low: 0.0,
-    high: 1.0,
-    low_included: false,
-    high_included: false,
-    expected: "a ratio above 0 and below 1",
-};
 const GAMMA: Limits = limits(
     1.0,
     2.0,
@@ -314,9 +236,6 @@ pub(super) static NUMBERS: &[NumberKey] = &[
         facts("s", "0.25", "prediction window of the fit figures; 0.25 if absent", "choose: about the time constant of interest")),
 ];
 
-/// The ratio that a stated flow gives as b.
-pub(super) const CRITICAL_RATIO: &str = "valve.critical_pressure_ratio";
-
 /// A key that takes one of a few words.
 pub(super) struct ChoiceKey {
     pub name: &'static str,
@@ -412,87 +331,6 @@ pub(super) static CHOICES: &[ChoiceKey] = &[
         },
     },
 ];
-
-/// One of the three tables of the valve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ValveTable {
-    /// `valve.opening_V`; its scale stretches the opening.
-    Opening,
-    /// `valve.supply_area_m2`.
-    SupplyArea,
-    /// `valve.exhaust_area_m2`.
-    ExhaustArea,
-}
-
-impl ValveTable {
-    /// All three, in the order of the file.
-    pub const ALL: [Self; 3] = [Self::Opening, Self::SupplyArea, Self::ExhaustArea];
-
-    /// The spelling `section.key`.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Opening => "valve.opening_V",
-            Self::SupplyArea => "valve.supply_area_m2",
-            Self::ExhaustArea => "valve.exhaust_area_m2",
-        }
-    }
-
-    /// The table of that key.
-    pub fn from_key(key: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|table| table.key() == key)
-    }
-
-    /// The points of the table.
-    pub fn points(self, valve: &Valve) -> &Vec<f64> {
-        match self {
-            Self::Opening => &valve.opening_v,
-            Self::SupplyArea => &valve.supply_area_m2,
-            Self::ExhaustArea => &valve.exhaust_area_m2,
-        }
-    }
-
-    pub(super) fn points_mut(self, valve: &mut Valve) -> &mut Vec<f64> {
-        match self {
-            Self::Opening => &mut valve.opening_v,
-            Self::SupplyArea => &mut valve.supply_area_m2,
-            Self::ExhaustArea => &mut valve.exhaust_area_m2,
-        }
-    }
-
-    /// What a person needs to know of it.
-    pub(super) fn facts(self) -> Facts {
-        match self {
-            Self::Opening => facts(
-                "V",
-                "[0, 0.3, ..., 5]",
-                "opening abs(u - null) of the points of both area tables: begins at 0, rises",
-                "flow test; a dead zone of 0.2 to 0.5 V is typical",
-            ),
-            Self::SupplyArea => facts(
-                "m2",
-                "[1e-7, 1e-7, ..., 1.7e-5]",
-                "orifice area from the supply at those openings; the first is the leakage of the closed path",
-                "flow test: area = mass flow sqrt(T) / (Cd C1 p psi)",
-            ),
-            Self::ExhaustArea => facts(
-                "m2",
-                "[1e-7, 1e-7, ..., 1.7e-5]",
-                "orifice area to the exhaust at those openings",
-                "as supply_area_m2; often 0.8 to 1.3 times as large",
-            ),
-        }
-    }
-
-    /// What one entry may be.
-    pub(super) fn limits(self) -> Limits {
-        match self {
-            Self::Opening => limits(0.0, 1000.0, "volts from 0 to 1000"),
-            Self::SupplyArea | Self::ExhaustArea => {
-                limits(0.0, 0.01, "m2 from 0 to 0.01 (is this mm2?)")
-            }
-        }
-    }
-}
 
 /// What a person needs to know of a key `section.key` or `effects.NAME.key`, and its range.
 pub fn describe(key: &str) -> Option<Facts> {

@@ -22,20 +22,23 @@
 
 mod edit;
 mod error;
+mod facts;
 mod keys;
 mod read;
 pub mod reference;
 mod signals;
 mod stated_flow;
+mod valve_table;
 mod write;
 
 use std::collections::BTreeMap;
 
 pub use error::{EffectFault, RigError, UnknownKey};
-pub use keys::{COMMAND, Limits, PRESSURE, TEMPERATURE, facts, limits, positive};
-pub use keys::{Facts, ValveTable, describe, key_bounds, numeric_keys};
+pub use facts::{Facts, Limits, facts, limits, positive};
+pub use keys::{COMMAND, PRESSURE, TEMPERATURE, describe, key_bounds, numeric_keys};
 pub use read::EffectCheck;
 pub use read::{line_at, numeric, read_text, shown};
+pub use valve_table::ValveTable;
 
 pub use signals::signal_dimension;
 pub use stated_flow::{StatedFlow, nominal_flow_of_conductance};

@@ -14,12 +14,13 @@ use model_core::valve::TABLE_CAPACITY;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::facts::Limits;
 use super::keys::{
-    CHOICES, CRITICAL_RATIO, ChoiceKey, Limits, NUMBERS, NumberKey, SECTIONS, ValveTable,
-    section_names, uncertainty_is_absolute,
+    CHOICES, ChoiceKey, NUMBERS, NumberKey, SECTIONS, section_names, uncertainty_is_absolute,
 };
 use super::signals::{SIGNALS, signal_key, signal_key_names};
-use super::stated_flow::{STATED_FLOW, StatedFlow, StatedFlowFault, deviates};
+use super::stated_flow::{CRITICAL_RATIO, STATED_FLOW, StatedFlow, StatedFlowFault, deviates};
+use super::valve_table::ValveTable;
 use super::{
     Actuator, Axis, Carriage, ChamberModel, Chambers, Column, Cylinder, EffectFault, Environment,
     FORMAT, Friction, Gas, Horizon, Rig, RigError, Signal, Supply, Valve, Vessel,

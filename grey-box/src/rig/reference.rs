@@ -9,12 +9,11 @@ use firmware::settings::Gains;
 use model_core::valve::TABLE_CAPACITY;
 use serde_json::{Map, Value, json};
 
-use super::keys::{
-    CHOICES, Facts, GAINS, Limits, NUMBERS, OPEN_SECTIONS, SECTIONS, ValveTable,
-    uncertainty_is_absolute,
-};
+use super::facts::{Facts, Limits};
+use super::keys::{CHOICES, GAINS, NUMBERS, OPEN_SECTIONS, SECTIONS, uncertainty_is_absolute};
 use super::signals::{SIGNAL_KEYS, SIGNALS};
 use super::stated_flow::STATED_FLOW;
+use super::valve_table::ValveTable;
 use super::{FORMAT, write::key_in};
 use crate::effects::{EFFECTS, EffectParameter};
 use crate::units;

@@ -1,7 +1,7 @@
 //! The signals of a recording, and the keys of one signal: the part of the table of keys that
 //! stands under `[signals]`.
 
-use super::keys::{Facts, facts};
+use super::facts::{Facts, facts};
 use crate::units::Dimension;
 
 /// A signal that a rig may record.

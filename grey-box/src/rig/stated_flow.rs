@@ -26,9 +26,12 @@ use model_core::paper::DISCHARGE_SLOPE;
 use model_core::valve::{FlowLaw, GasState};
 
 use super::Rig;
-use super::keys::{CRITICAL_RATIO, Facts, Limits, RATIO, ValveTable, facts, limits, positive};
+use super::facts::{Facts, Limits, RATIO, facts, limits, positive};
+use super::valve_table::ValveTable;
 use crate::units::ANR_DENSITY_KG_M3;
 
+/// The ratio that a stated flow gives as b.
+pub(super) const CRITICAL_RATIO: &str = "valve.critical_pressure_ratio";
 /// Temperature of the ANR reference (ISO 8778), K.
 const ANR_TEMPERATURE_K: f64 = 293.15;
 /// Atmosphere to which the 6 and 5 bar gauge of a nominal flow add, Pa.

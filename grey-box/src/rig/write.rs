@@ -2,8 +2,10 @@
 
 use std::fmt::Write;
 
-use super::keys::{CHOICES, CRITICAL_RATIO, NUMBERS, SECTIONS, ValveTable};
+use super::keys::{CHOICES, NUMBERS, SECTIONS};
+use super::stated_flow::CRITICAL_RATIO;
 use super::stated_flow::STATED_FLOW;
+use super::valve_table::ValveTable;
 use super::{Column, FORMAT, Rig, Signal};
 
 impl Rig {

@@ -8,11 +8,11 @@
 use std::time::{Duration, Instant};
 
 use firmware::codes::POSITION_M;
-use firmware::control_task::State;
 use firmware::crash::{self, Crash};
 use firmware::link::{self, Order};
 use firmware::status::Status;
 use firmware::telemetry::{Record, Streaming, read_streaming, read_tick, stream};
+use firmware::tick::State;
 use model_core::reference::Reference;
 
 use super::port::{Port, PortError};

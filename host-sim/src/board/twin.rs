@@ -9,7 +9,7 @@ use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
 use firmware::codes::DacCode;
-use firmware::control_task::{ControlTask, Sample, State};
+use firmware::control_task::ControlTask;
 use firmware::crash;
 use firmware::link::{self, FromPlant, Order};
 use firmware::settings::record::LONGEST_RECORD;
@@ -17,6 +17,7 @@ use firmware::settings::slots::{Slot, SlotStorage, Slots, StorageFault};
 use firmware::settings::transfer::Transfer;
 use firmware::start::ResetCause;
 use firmware::telemetry::{self, Streaming, Tap, read_stream};
+use firmware::tick::{Sample, State};
 use model_core::reference::Reference;
 
 use super::port::BAUD;

@@ -1,11 +1,11 @@
 //! A status report in words: the state, the fault with its cause and what to do,
 //! why the board started, what it has counted.
 
-use firmware::control_task::State;
 use firmware::crash::Crash;
 use firmware::fault::{DESCRIPTIONS, Description, Fault, Finding};
 use firmware::start::ResetCause;
 use firmware::status::Status;
+use firmware::tick::State;
 
 /// What people should know of a fault.
 pub fn description(fault: Fault) -> Option<&'static Description> {

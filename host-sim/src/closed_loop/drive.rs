@@ -3,8 +3,9 @@
 use crate::model::AxisFault;
 use crate::plant::PlantSettings;
 use crate::rig::Rig;
-use firmware::control_task::{ControlTask, Sample};
+use firmware::control_task::ControlTask;
 use firmware::link::{self, CommandRecord};
+use firmware::tick::Sample;
 use model_core::controller::Controller;
 
 /// Why no command came.

@@ -21,8 +21,8 @@ use crate::model::AxisFault;
 use crate::plant::PlantSettings;
 use crate::rig::{FeedsAWhen, Rig};
 use firmware::codes::{CommandShaper, ValveConverter};
-use firmware::control_task::{Sample, State};
 use firmware::link::CommandRecord;
+use firmware::tick::{Sample, State};
 
 /// Gains.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use super::drive::{Drive, DriveError};
 use crate::motion::{Motion, as_sent};
 use crate::plant::{self, EndStop, Plant};
-use firmware::control_task::{Sample, State};
 use firmware::link::CommandRecord;
+use firmware::tick::{Sample, State};
 use model_core::reference::Reference;
 
 /// What happened at one tick.

@@ -4,8 +4,9 @@
 use super::drive::{Drive, DriveError, HostController};
 use super::run::Run;
 use crate::wire::{Wire, framed};
-use firmware::control_task::{ControlTask, Sample};
+use firmware::control_task::ControlTask;
 use firmware::link::{self, CommandRecord, FromPlant};
+use firmware::tick::Sample;
 use std::io::{self, Read, Write};
 
 /// Writes the transcript of a run.

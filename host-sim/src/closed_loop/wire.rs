@@ -6,9 +6,10 @@
 
 use super::drive::{Drive, DriveError};
 use crate::wire::Wire;
-use firmware::control_task::{ControlTask, Sample};
+use firmware::control_task::ControlTask;
 use firmware::link::{self, CommandRecord, FromPlant, Order, Payload};
 use firmware::start::ResetCause;
+use firmware::tick::Sample;
 use std::io::{self, Read, Write};
 use std::ops::RangeInclusive;
 

@@ -2,8 +2,8 @@
 
 use super::run::Supervised;
 use crate::closed_loop::{Drive, DriveError};
-use firmware::control_task::Sample;
 use firmware::link::{CommandRecord, Order};
+use firmware::tick::Sample;
 
 /// Two controllers under the same samples and orders; a difference between their
 /// answers ends the run.

@@ -1,8 +1,8 @@
 //! What is done to samples, supply or board.
 
 use firmware::codes::{AdcCode, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S};
-use firmware::control_task::Sample;
 use firmware::fault::{Channel, Fault};
+use firmware::tick::Sample;
 
 /// Ticks that [`Disturbance::Skip`] leaves out.
 const SKIPPED: u32 = 50;

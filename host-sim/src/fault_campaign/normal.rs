@@ -5,8 +5,8 @@ use crate::closed_loop::ScoreError;
 use crate::motion::{Limits, Motion, Segment, as_sent};
 use crate::plant::{Change, Event, Plant, PlantSettings};
 use crate::rig::Rig;
-use firmware::control_task::Sample;
 use firmware::fault::Fault;
+use firmware::tick::Sample;
 
 /// Length of one run, s.
 pub const NORMAL_RUN_S: f64 = 30.0;

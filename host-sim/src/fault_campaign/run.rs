@@ -6,9 +6,9 @@ use crate::motion::{Limits, Motion, Segment, as_sent};
 use crate::plant::{Change, Event, Plant, PlantSettings};
 use crate::rig::Rig;
 use firmware::codes::DacCode;
-use firmware::control_task::{Sample, State};
 use firmware::fault::Fault;
 use firmware::link::{CommandRecord, Order};
+use firmware::tick::{Sample, State};
 use std::io::{Read, Write};
 
 /// For so long a fault may go unseen before it counts as not seen, in ticks.

@@ -6,8 +6,8 @@ use crate::motion::{Limits, Motion, Segment, as_sent};
 use crate::plant::{Plant, PlantSettings};
 use crate::rig::Rig;
 use firmware::codes::{AdcCode, AdcCodes, DacCode};
-use firmware::control_task::{Sample, State};
 use firmware::fault::Fault;
+use firmware::tick::{Sample, State};
 
 /// How far the first move goes, m: what somebody tries who does not trust the axis yet.
 const FIRST_MOVE_M: f64 = 0.02;

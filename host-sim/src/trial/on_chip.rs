@@ -11,7 +11,7 @@ use crate::motion::{Motion, as_sent};
 use crate::plant::valve_v;
 use crate::rig::Rig;
 use firmware::codes::{AdcCodes, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S};
-use firmware::control_task::{Sample, State};
+use firmware::tick::{Sample, State};
 use serde::{Deserialize, Serialize};
 use truth_plant::{Plant, Sample as Measured};
 

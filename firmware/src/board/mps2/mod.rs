@@ -12,9 +12,9 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_semihosting::debug;
 use device::Interrupt;
 use firmware::codes::{DacCode, ValveConverter};
-use firmware::control_task::Sample;
 use firmware::fault::Finding;
 use firmware::start::ResetCause;
+use firmware::tick::Sample;
 
 /// The machine.
 pub struct Mps2;

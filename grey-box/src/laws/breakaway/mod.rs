@@ -21,5 +21,5 @@ mod stand;
 
 pub(super) use events::{Breakaway, PositionReading, breakaways};
 pub(super) use push::Recorded;
+pub use push::{BREAKAWAY_NOISE_N, KNOWN_TO_N};
 pub(super) use stand::Stand;
-pub use stand::{BREAKAWAY_NOISE_N, KNOWN_TO_N};

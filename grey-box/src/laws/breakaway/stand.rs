@@ -1,18 +1,12 @@
 //! The model of a carriage that stands, and by how much less force it leaves when the carriage did.
 
 use super::events::{Breakaway, FIRST_WAY_M, instant};
-use super::push::{Push, Recorded};
+use super::push::{KNOWN_TO_N, Push, Recorded};
 use model_core::carriage::Carriage;
 use model_core::friction::{Acting, FrictionLevels};
 use model_core::left_out::DwellStiction;
 use model_core::real::Real;
 
-/// How well the force at a slow break-away is known, N: with the true parameters of healthy
-/// carriages 0.1 to 0.4 N are left. Faster events are scaled to it.
-pub const KNOWN_TO_N: f64 = 0.4;
-/// Less than this is not looked into, N: twice what is known. A contact whose form is not quite
-/// the model's (elasto-plastic, Maxwell slip) left 1.1 to 2.5 N on four carriages.
-pub const BREAKAWAY_NOISE_N: f64 = 0.8;
 /// How well the instant at which a carriage leaves is found, s.
 const INSTANT_NOISE_S: f64 = 1e-3;
 /// A break-away that is off by more than this says no more than that, N: it may
