@@ -1,7 +1,7 @@
 //! How far `identify valve-flow` is from the truth on drawn axes of another plant, in per cent, and in
 //! stated deviations: `cargo run --release -p diagnosis --example valve_flow FROM TO`.
 
-use diagnosis::identify::valve_flow::{ValveFlow, measure};
+use diagnosis::valve_flow::{ValveFlow, measure};
 use grey_box::laws::Track;
 use grey_box::recording::Recording;
 use grey_box::rig::Rig;

@@ -1,5 +1,6 @@
 //! What recordings say of a model of an axis: are they sound ([`inspect`]), how far is the model
-//! off ([`compare`]), which numbers fit best ([`identify`]), and what physics is missing
+//! off ([`compare`]), which numbers fit best ([`identify`]), what the
+//! valve's areas are ([`valve_flow`]), and what physics is missing
 //! ([`mod@diagnose`]).
 //!
 //! It knows rigs, recordings and laws (`grey_box`), and neither files of results nor a simulated
@@ -11,6 +12,7 @@ pub mod diagnose;
 pub mod identify;
 pub mod imprecise;
 pub mod inspect;
+pub mod valve_flow;
 
 use grey_box::{
     effects, fit, gauge, laws, model, random, recording, recording_set, rig, signals, text,

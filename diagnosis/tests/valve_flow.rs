@@ -1,6 +1,6 @@
 //! The valve's areas out of recordings, against axes of another plant whose areas are known.
 
-use diagnosis::identify::valve_flow::{Point, ValveFlow, measure};
+use diagnosis::valve_flow::{Point, ValveFlow, measure};
 use grey_box::laws::Track;
 use grey_box::recording::Recording;
 use grey_box::rig::Rig;

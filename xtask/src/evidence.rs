@@ -3,13 +3,12 @@
 
 use crate::generated::{self, Part};
 use crate::practice;
-use crate::shell::{self, Outcome, cargo, command};
+use crate::shell::{self, Outcome, cargo};
+use crate::verdicts::{PAGE, diagnosed, strings};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// The page that the tables go into.
-pub const PAGE: &str = "docs/evidence.md";
 /// This table's part of it.
 const PART: Part = Part {
     name: "recordings measured by others",
@@ -116,22 +115,6 @@ fn diagnose(case: &Case, recordings: &Path) -> Result<Value, shell::Failure> {
     diagnosed(&rig, &train, &[folder.join(case.held_out)])
 }
 
-/// The verdict of the program.
-pub fn diagnosed(
-    rig: &Path,
-    train: &[PathBuf],
-    held_out: &[PathBuf],
-) -> Result<Value, shell::Failure> {
-    let json = shell::target_directory().join("evidence.json");
-    let program = shell::target_directory().join("release/pneuma");
-    let mut pneuma = command(&program, &["diagnose"]);
-    pneuma.arg("--rig").arg(rig).arg("--train").args(train);
-    pneuma.arg("--held-out").args(held_out);
-    pneuma.arg("--json").arg(&json);
-    shell::run(&mut pneuma)?;
-    shell::read_json(&json)
-}
-
 fn heading() -> String {
     format!(
         "Commit {}.\n\n\
@@ -175,10 +158,4 @@ fn rows(text: &mut String, case: &Case, verdict: &Value) {
 fn named(effect: &Value) -> String {
     let name = effect["effect"].as_str().unwrap_or("?");
     format!("{name} ({})", strings(&effect["places"]).join(", "))
-}
-
-/// The strings of a list.
-pub fn strings(list: &Value) -> Vec<String> {
-    let all = list.as_array().into_iter().flatten();
-    all.filter_map(Value::as_str).map(str::to_owned).collect()
 }

@@ -28,6 +28,7 @@ mod chip;
 mod control;
 mod demo;
 pub mod emulate;
+pub mod emulator;
 mod estimates;
 mod evidence;
 mod faults;
@@ -45,6 +46,7 @@ mod size;
 mod testing;
 mod thumb;
 mod trial;
+mod verdicts;
 
 use shell::Outcome;
 
@@ -104,6 +106,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("image", choices) => artefact::run(choices),
         ("qemu", options) => qemu::run(options),
         ("emulate", options) => emulate::run(options),
+        ("size", [option]) if option == "--where" => profile::run(),
         ("size", options) => size::run(options),
         _ => Err(format!("unknown task: {}\n\n{USAGE}", arguments.join(" ")).into()),
     }

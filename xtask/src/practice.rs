@@ -1,9 +1,9 @@
 //! The practice axes: recordings of a plant that another program simulated, each with its truth
 //! beside it, and what a verdict on one is worth.
 
-use crate::evidence::{diagnosed, strings};
 use crate::generated::{self, Part};
 use crate::shell::{self, Failure, Outcome};
+use crate::verdicts::{diagnosed, strings};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -212,7 +212,7 @@ pub fn run() -> Outcome {
         let objections = truth.objections(&verdict);
         wrong.extend(objections.iter().map(|one| format!("{axis}: {one}")));
     }
-    PART.write(crate::evidence::PAGE, &text)?;
+    PART.write(crate::verdicts::PAGE, &text)?;
     if wrong.is_empty() {
         return Ok(());
     }

@@ -50,7 +50,7 @@ pub fn run() -> Outcome {
     let failure = |reason| format!("{}: {reason}", image.display());
     let debug = debug_information(&bytes).map_err(failure)?;
     print!("{}", table(&profile?, &debug));
-    Ok(())
+    image::BOARDS.into_iter().try_for_each(size::tell_stack)
 }
 
 /// Reads the log, in which each line that begins with `Trace` is an instruction.

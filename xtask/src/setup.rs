@@ -2,7 +2,7 @@
 
 use crate::apt;
 use crate::chip::{self, CoreForChip, TARGET};
-use crate::emulate;
+use crate::emulator;
 use crate::shell::{self, Outcome, cargo, command};
 
 /// QEMU for Arm: the program and Debian's package have one name.
@@ -73,12 +73,12 @@ fn prepare_qemu() -> Option<String> {
 
 /// `Some` advice if the emulator of the board could not be made.
 fn prepare_emulator() -> Option<String> {
-    if emulate::is_there() {
+    if emulator::is_there() {
         println!("setup: emulator: found");
         return None;
     }
     println!("setup: emulator: missing, asking PyPI");
-    emulate::need_emulator()
+    emulator::need_emulator()
         .err()
         .map(|failure| failure.to_string())
 }

@@ -8,7 +8,6 @@
 use crate::call_graph::{CallGraph, Reach};
 use crate::image::{self, MPS2};
 use crate::plant::{Link, Plant};
-use crate::profile;
 use crate::qemu::Machine;
 use crate::shell::{self, Outcome};
 use firmware::cost::Report;
@@ -77,10 +76,6 @@ pub fn run(options: &[String]) -> Outcome {
     let is_blessed = match options {
         [] => false,
         [option] if option == "--bless" => true,
-        [option] if option == "--where" => {
-            profile::run()?;
-            return image::BOARDS.into_iter().try_for_each(tell_stack);
-        }
         other => return Err(format!("size: unknown option {}", other.join(" ")).into()),
     };
     let mut figures = Vec::new();
@@ -138,7 +133,7 @@ fn weigh(board: &str, path: &Path) -> Outcome<Vec<Figure>> {
 }
 
 /// Whose the stack is: the deepest calls of each task.
-fn tell_stack(board: &str) -> Outcome {
+pub fn tell_stack(board: &str) -> Outcome {
     let path = image::build(board)?;
     let image = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let graph = CallGraph::read(&image)?;

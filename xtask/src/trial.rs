@@ -1,8 +1,8 @@
 //! Run the concealed trial and write its part of `docs/evidence.md`.
 
-use crate::evidence::PAGE;
 use crate::generated::{self, Part};
 use crate::shell::{self, Outcome, cargo};
+use crate::verdicts::PAGE;
 use std::fs;
 
 /// A trial: its part of the page, its seed and where its rigs stand.

@@ -1,9 +1,10 @@
 //! Each effect of a model beside the model without it: how much of it a refit hides, and whether
 //! chance explains as much.
 
+use super::fitted::without;
 use super::fitted::{Bench, Fitted};
 use super::null;
-use super::search::{Evidence, Outcome, without};
+use super::search::{Evidence, Outcome};
 use std::collections::BTreeMap;
 
 /// An effect beside the model without it, in which all else is refitted.

@@ -2,11 +2,10 @@
 //! leaves unexplained.
 
 use super::candidates::{Candidate, Edge, voids};
-use super::fold_squares::FoldSquares;
-use super::own_noise::Draws;
-use super::search::without;
+use super::draws::Draws;
+use super::fold_squares::{FoldSquares, row_squares};
+use super::sensor_noise;
 use super::sheet::Sheet;
-use super::{noise, proof};
 use crate::fit::compass::{self, Varied};
 pub use crate::fit::law_problem::Columns;
 use crate::fit::law_problem::{Folds, FreeParameter, LawProblem, Scope};
@@ -52,6 +51,20 @@ const ROWS_PER_SECOND: f64 = 4.0e6;
 
 /// A set of candidates, by index, ascending.
 pub type Set = Vec<usize>;
+
+/// A set with one more.
+pub(super) fn with(set: &Set, candidate: usize) -> Set {
+    let mut larger = set.clone();
+    larger.push(candidate);
+    larger.sort_unstable();
+    larger
+}
+
+/// A set without one.
+pub(super) fn without(set: &Set, candidate: usize) -> Set {
+    let others = set.iter().copied();
+    others.filter(|&one| one != candidate).collect()
+}
 
 /// The law with a set of effects, fitted.
 #[derive(Clone, Debug)]
@@ -125,7 +138,7 @@ impl<'a> Bench<'a> {
             tracks,
             ordinary,
             candidates: Vec::new(),
-            noise: noise::of_outputs(law, rig, tracks),
+            noise: sensor_noise::of_outputs(law, rig, tracks),
             break_aways_known_to_n: balance::BREAKAWAY_NOISE_N,
             sheet: Sheet::default(),
             draws: Draws::default(),
@@ -760,7 +773,7 @@ impl<'a> Bench<'a> {
                     None => problem.predict_recording(recording, &fitted.values),
                 };
                 let recorded = problem.recorded(recording);
-                let squares = proof::row_squares(&predicted, &recorded, &self.noise);
+                let squares = row_squares(&predicted, &recorded, &self.noise);
                 squares.iter().sum()
             })
         }
@@ -775,7 +788,7 @@ impl<'a> Bench<'a> {
         self.with_problem(&fitted.set, self.tracks, presence, |problem| {
             let predicted = problem.predict_in_windows(&fitted.values, window_s);
             let squares = |(recording, columns): (usize, &Columns)| {
-                proof::row_squares(columns, &problem.recorded(recording), &self.noise)
+                row_squares(columns, &problem.recorded(recording), &self.noise)
             };
             predicted.iter().enumerate().map(squares).collect()
         })

@@ -55,6 +55,20 @@ impl FoldSquares {
     }
 }
 
+/// Squared errors of each row in units of the noise, over all outputs.
+pub(super) fn row_squares(predicted: &[Vec<f64>], recorded: &[&[f64]], sigma: &[f64]) -> Vec<f64> {
+    let mut squares = vec![0.0; predicted.first().map_or(0, Vec::len)];
+    for ((column, seen), sigma) in predicted.iter().zip(recorded).zip(sigma) {
+        for (sum, (p, r)) in squares.iter_mut().zip(column.iter().zip(*seen)) {
+            let error = (p - r) / sigma;
+            if error.is_finite() {
+                *sum += error * error;
+            }
+        }
+    }
+    squares
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

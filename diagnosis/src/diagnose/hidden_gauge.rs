@@ -8,8 +8,8 @@
 
 use super::candidates::Candidate;
 use super::leaps::{OFFSET, least_leap_pa};
-use super::noise;
 use super::search::{Evidence, share_among};
+use super::sensor_noise;
 use super::{LawDiagnosis, assemble};
 use crate::laws::Law;
 use crate::model::Side;
@@ -68,7 +68,7 @@ fn off_for_a_while(rig: &Rig, candidates: &[Candidate]) -> Vec<Gauge> {
     let gauges = candidates.iter().filter(|one| one.effect == OFFSET);
     let leap = |gauge: &Candidate| {
         let side = side_of(gauge)?;
-        let noise_pa = noise::declared(rig, side.pressure_signal())?;
+        let noise_pa = sensor_noise::declared(rig, side.pressure_signal())?;
         Some((gauge.clone(), Some(least_leap_pa(noise_pa))))
     };
     gauges.filter_map(leap).collect()

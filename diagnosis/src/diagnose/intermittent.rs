@@ -10,7 +10,7 @@ use super::candidates::{Candidate, twins};
 use super::fitted::{Bench, Fitted, Set};
 use super::leaps;
 use super::prospect::{self, PROMISING};
-use super::search::{PLAIN_RATIO, mean};
+use super::search::evidence::{PLAIN_RATIO, mean};
 use crate::fit::law_problem::{Folds, windows};
 use crate::fit::presence::{Presence, refined_each};
 use crate::laws::{Law, Track, median};

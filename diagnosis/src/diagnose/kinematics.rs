@@ -22,7 +22,7 @@
 
 use super::locate::{self, Located};
 use super::misfit::MISSED;
-use super::noise;
+use super::sensor_noise;
 use super::wave::{self, Wave};
 use crate::inspect::{Moved, moved};
 use crate::laws::{Law, Output, Track, median_step_s};
@@ -113,7 +113,10 @@ pub(super) fn contradiction(
 
 /// The windows of a recording, where both sensors are known.
 fn windows(rig: &Rig, recording: &Recording) -> Option<Vec<Window>> {
-    let (of_x, of_v) = (noise::declared(rig, "x")?, noise::declared(rig, "v")?);
+    let (of_x, of_v) = (
+        sensor_noise::declared(rig, "x")?,
+        sensor_noise::declared(rig, "v")?,
+    );
     let (x, v) = (recording.signal("x")?, recording.signal("v")?);
     let window = |moved: Moved| {
         let (from, to) = moved.rows;

@@ -2,6 +2,7 @@
 //! same signals, must not take that for physics of their own.
 
 use super::candidates::{Candidate, TIMES_OF_SENSORS};
+use super::draws::Doubts;
 use super::proof::Run;
 use super::sheet::Sheet;
 use super::{LawDiagnosis, Model, assemble};
@@ -12,15 +13,10 @@ use crate::model::Side;
 use crate::recording::Recording;
 use crate::rig::Rig;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 /// How well the chambers tell a time between signals, s, whatever their fit says of it: beside a
 /// supply that droops 2.9 ms came out 0.23 ms off, which the balance of forces took for a load.
 const TIME_KNOWN_TO_S: f64 = 2.5e-4;
-
-/// By signal what a law leaves of a recording: told by its model less recorded, SI; what is no
-/// number was not told.
-pub(super) type Doubts = BTreeMap<String, Vec<f64>>;
 
 /// A rig and its recordings as far as they are understood.
 pub(super) struct Known<'t> {

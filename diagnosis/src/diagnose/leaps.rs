@@ -8,7 +8,7 @@
 //! Limits: an offset that creeps in leaps nowhere, nor does one of less than some seven times
 //! the noise.
 
-use super::noise;
+use super::sensor_noise;
 use crate::laws::{Track, white_noise};
 use crate::model::Side;
 use crate::rig::Rig;
@@ -36,7 +36,7 @@ pub(super) fn of_gauges(rig: &Rig, tracks: &[Track<'_>]) -> Vec<Vec<Vec<(f64, f6
 fn between(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Option<Vec<Vec<(f64, f64)>>> {
     let of_track = |track: &Track<'_>| {
         let pressure_pa = track.recording.signal(side.pressure_signal())?;
-        let noise_pa = noise::declared(rig, side.pressure_signal());
+        let noise_pa = sensor_noise::declared(rig, side.pressure_signal());
         let noise_pa = noise_pa.unwrap_or_else(|| white_noise(pressure_pa));
         let leaps = leaps(pressure_pa, noise_pa);
         let at = |row: &usize| track.recording.time_s[*row];

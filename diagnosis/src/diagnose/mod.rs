@@ -17,6 +17,7 @@ mod alone;
 mod between_rows;
 mod break_aways;
 pub mod candidates;
+mod draws;
 pub mod fitted;
 mod fold_squares;
 mod friction_wave;
@@ -30,6 +31,7 @@ mod known;
 mod leaps;
 pub mod limits;
 pub mod locate;
+mod located;
 mod loose_load;
 pub mod materiality;
 mod misfit;
@@ -44,6 +46,7 @@ mod refit;
 mod remarks;
 mod scale;
 pub mod search;
+mod sensor_noise;
 mod sheet;
 mod shown;
 mod sliding;
@@ -63,7 +66,6 @@ mod drawn;
 
 pub use alone::Alone;
 
-use crate::identify::valve_flow::{self, ValveFlow};
 use crate::imprecise::with_built_in_priors;
 use crate::inspect::{self, Fault, Inspection};
 use crate::laws::needs::{self, Assumed};
@@ -71,9 +73,11 @@ use crate::laws::{Law, Output, Track, balance};
 use crate::recording::Recording;
 use crate::recording_set;
 use crate::rig::Rig;
+use crate::valve_flow::{self, ValveFlow};
 use candidates::{Candidate, candidates};
+use draws::Doubts;
 use fitted::{Bench, Fitted};
-use known::{Doubts, Known};
+use known::Known;
 use limits::Limit;
 use locate::Located;
 use loose_load::Refined;
@@ -806,8 +810,8 @@ fn next_experiment(
     rivals: &[(usize, usize)],
 ) -> Option<NextExperiment> {
     let &(accepted, rival) = rivals.first()?;
-    let others = search::without(&improved.set, accepted);
-    let swapped = search::with(&others, rival);
+    let others = fitted::without(&improved.set, accepted);
+    let swapped = fitted::with(&others, rival);
     let other = bench.fit(&swapped, Some(&bench.restricted(improved, &others)))?;
     next_experiment::find(bank, bench, [improved, &other])
 }

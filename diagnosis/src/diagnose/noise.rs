@@ -7,10 +7,11 @@
 //! a window from a noisy starting velocity is off by tenths of a millimetre
 //! whatever the model; its sensor alone says micrometres.
 
+use super::draws::{Doubts, Shaken};
 use super::fitted::{Bench, Fitted};
-use super::known::Doubts;
+use super::sensor_noise::declared;
 use crate::fit::own_noise::same_rows;
-use crate::laws::{Law, Motion, Track, balance, white_noise};
+use crate::laws::Track;
 use crate::random::Noise;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -22,92 +23,6 @@ const SEED: u64 = 1;
 /// An event of the recorded draw is the one of the added draw that lies within so many rows:
 /// noise shifts the row at which a carriage is seen to leave.
 const EVENT_REACH: usize = 30;
-
-/// Noise of each output, as the rig declares it, with the sensor's resolution;
-/// where it does not, what the recordings show between neighbouring rows.
-///
-/// The estimate is an upper bound: a signal that moves within a row (a stem at
-/// 1 Hz) looks like noise to it.
-pub fn of_outputs(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
-    if law == Law::Balance {
-        let coulomb_n = rig.value("friction.coulomb_N").unwrap_or(0.0);
-        return balance::own_noise_n(coulomb_n).to_vec();
-    }
-    law.outputs(rig)
-        .iter()
-        .map(|output| {
-            let declared = declared(rig, output.signal).unwrap_or_else(|| {
-                let columns = tracks
-                    .iter()
-                    .filter_map(|track| track.recording.signal(output.signal));
-                columns.map(white_noise).fold(0.0, f64::max)
-            });
-            declared.max(1e-12)
-        })
-        .collect()
-}
-
-/// Declared noise of a signal with the quantisation error, SI.
-pub(super) fn declared(rig: &Rig, signal: &str) -> Option<f64> {
-    let signal = rig.signals.get(signal)?;
-    let step = signal.resolution.unwrap_or(0.0) / 12.0_f64.sqrt();
-    signal.noise.map(|noise| noise.hypot(step))
-}
-
-/// Recordings with one more draw of noise, and the motion that they show: to find that takes as long
-/// as to run a model over them.
-#[derive(Clone, Default)]
-pub(super) struct Shaken {
-    recordings: Vec<Recording>,
-    motions: Vec<Option<Motion>>,
-    /// As in [`Track::balanced_over`].
-    balanced_over_s: Vec<f64>,
-}
-
-impl Shaken {
-    /// Of recordings, by those that were not shaken.
-    pub fn new(recordings: Vec<Recording>, still: &[Track<'_>]) -> Self {
-        let motion = |recording: &Recording| Track::new(recording).motion;
-        Self {
-            motions: recordings.iter().map(motion).collect(),
-            balanced_over_s: still.iter().map(Track::balanced_over_s).collect(),
-            recordings,
-        }
-    }
-
-    /// Ready to drive laws.
-    pub fn tracks(&self) -> Vec<Track<'_>> {
-        let recordings = self.recordings.iter().zip(&self.motions);
-        let recordings = recordings.zip(&self.balanced_over_s);
-        recordings
-            .map(|((recording, motion), half_width_s)| {
-                Track::with_motion(recording, motion.clone()).balanced_over(*half_width_s)
-            })
-            .collect()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.recordings.is_empty()
-    }
-
-    /// The same with one signal as it was recorded.
-    pub fn but(&self, signal: &str, still: &[Track<'_>]) -> Self {
-        let as_recorded = |(shaken, still): (&Recording, &Track<'_>)| {
-            let mut mixed = shaken.clone();
-            let columns = (
-                mixed.signals.get_mut(signal),
-                still.recording.signal(signal),
-            );
-            if let (Some(column), Some(recorded)) = columns {
-                column.copy_from_slice(recorded);
-            }
-            mixed
-        };
-        let pairs = self.recordings.iter().zip(still);
-        Self::new(pairs.map(as_recorded).collect(), still)
-    }
-}
 
 /// The recordings with one more draw of the noise that their signals have; where something is
 /// not understood of these, with that, by recording.

@@ -37,7 +37,7 @@ pub(super) fn by_chance(bench: &Bench<'_>, without: &Fitted, with: &Fitted) -> f
     let fitted = Directions::new(&prospects.refit, vec![prospects.refit.left_of(&change)]);
     let fitted = fitted.map(|directions| along(&directions));
     let of_candidate = |candidate: usize| {
-        let set = super::search::with(&without.set, candidate);
+        let set = super::fitted::with(&without.set, candidate);
         let directions = prospects.directions(&set, without)?;
         Some((candidate, along(&directions)))
     };

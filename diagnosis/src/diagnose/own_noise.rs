@@ -7,9 +7,10 @@
 //! counted in units of the noise that it has itself, and where that is much it is fitted so
 //! ([`crate::fit::own_noise`]).
 
+use super::draws::Doubts;
+use super::draws::{Draws, Shaken};
 use super::fitted::{Bench, Fitted};
-use super::known::Doubts;
-use super::noise::{self, Shaken};
+use super::{noise, sensor_noise};
 use crate::fit::law_problem::LawProblem;
 use crate::fit::own_noise::{Draw, InOwnNoise, OwnNoise};
 use crate::laws::{Law, balance};
@@ -18,17 +19,6 @@ use crate::rig::Rig;
 /// Models are fitted in their own noise where the noise is so many times what the law itself is
 /// known to: where that of the inputs is not under three quarters of it.
 const NOISE_OF_INPUTS: f64 = 1.25;
-
-/// What each model's own noise is made of; nothing where it has none but what the outputs have.
-#[derive(Clone, Default)]
-pub(super) struct Draws {
-    /// The recordings with one more draw of all their noise.
-    of_all: Shaken,
-    /// The same with that of the pressures alone ...
-    of_pressures: Shaken,
-    /// ... and the noise of each output without theirs, SI.
-    beside_pressures: Vec<f64>,
-}
 
 impl Bench<'_> {
     /// Learns the noise of the outputs, that of the inputs included as a model carries it on; with
@@ -70,7 +60,7 @@ impl Bench<'_> {
 
     /// The noise of each output that is not of the inputs, SI.
     pub(super) fn noise_of_outputs(&self, rig: &Rig) -> Vec<f64> {
-        let mut noise = noise::of_outputs(self.law, rig, self.tracks);
+        let mut noise = sensor_noise::of_outputs(self.law, rig, self.tracks);
         if self.law == Law::Balance {
             noise[balance::BREAKAWAY] = self.break_aways_known_to_n;
         }

@@ -1,6 +1,6 @@
 //! A located misfit in the words of an engineer.
 
-use super::locate::{Located, SINCE_START, Sameness, VariableShare};
+use super::located::{Located, SINCE_START, Sameness, VariableShare};
 use crate::rig::Rig;
 use crate::signals::Reading;
 use crate::text::plain;

@@ -7,10 +7,11 @@
 
 use super::candidates::Candidate;
 use super::fitted::{Bench, Columns, Fitted};
+use super::fold_squares::row_squares;
 use super::intermittent;
 use super::leaps;
-use super::noise;
 use super::search::{PLAIN_RATIO, mean};
+use super::sensor_noise;
 use super::{LawDiagnosis, Model};
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
 use crate::fit::presence::{Presence, refined_each};
@@ -174,7 +175,7 @@ impl Frozen {
         free: &[FreeParameter],
         tracks: &[Track<'_>],
     ) -> Option<Presence> {
-        let sigma = noise::of_outputs(law, &self.rig, tracks);
+        let sigma = sensor_noise::of_outputs(law, &self.rig, tracks);
         let basis = LawProblem {
             law,
             rig: &self.rig,
@@ -614,20 +615,6 @@ fn own_values(problem: &mut LawProblem<'_>) -> Option<Vec<f64>> {
         ..*problem
     };
     Some(solve(&mut second, &parameters, &options).ok()?.values)
-}
-
-/// Squared errors of each row in units of the noise, over all outputs.
-pub(super) fn row_squares(predicted: &Columns, recorded: &[&[f64]], sigma: &[f64]) -> Vec<f64> {
-    let mut squares = vec![0.0; predicted.first().map_or(0, Vec::len)];
-    for ((column, seen), sigma) in predicted.iter().zip(recorded).zip(sigma) {
-        for (sum, (p, r)) in squares.iter_mut().zip(column.iter().zip(*seen)) {
-            let error = (p - r) / sigma;
-            if error.is_finite() {
-                *sum += error * error;
-            }
-        }
-    }
-    squares
 }
 
 fn mean_squares(predicted: &Columns, recorded: &[&[f64]]) -> Vec<f64> {

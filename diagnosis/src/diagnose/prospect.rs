@@ -7,9 +7,8 @@
 //! meets bounds and curves and may end elsewhere: this tells which effects are worth one, and
 //! no more.
 
-use super::fitted::{Bench, Fitted, Set};
+use super::fitted::{Bench, Fitted, Set, with};
 use super::refit::{Refit, take_away};
-use super::search::with;
 use crate::fit::law_problem::Columns;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

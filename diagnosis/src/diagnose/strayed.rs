@@ -10,8 +10,9 @@
 //! how far they are from what the rig file states (the posterior's maximum), the rig file's numbers
 //! as a whole being what they are ([`super::sheet`]).
 
+use super::fitted::with;
 use super::fitted::{Bench, Fitted, correlation_length};
-use super::search::{Evidence, Outcome, with};
+use super::search::{Evidence, Outcome};
 use crate::rig::Rig;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};

@@ -10,8 +10,8 @@
 //!
 //! All other numbers are then as the usual windows show them beside that load.
 
+use super::draws::Doubts;
 use super::fitted::{Bench, Fitted};
-use super::known::Doubts;
 use super::noise;
 use crate::laws::{Law, Track, balance};
 

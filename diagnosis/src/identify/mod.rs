@@ -26,7 +26,6 @@
 mod errors;
 mod free;
 mod text;
-pub mod valve_flow;
 
 use std::collections::BTreeMap;
 

@@ -7,7 +7,7 @@
 //! those sections. Effects of a sensor or a recording are none of the controller's.
 
 use super::field::{Field, SettingsFault, field, or_none};
-use super::parameters::{Carriage, Friction, FrictionTerms};
+use super::mechanics::{Carriage, Friction, FrictionTerms};
 use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;
 use model_core::left_out::{

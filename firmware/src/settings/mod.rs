@@ -20,6 +20,7 @@ mod check;
 mod effects;
 mod field;
 mod gains;
+mod mechanics;
 mod parameters;
 pub mod record;
 pub mod slots;
@@ -29,9 +30,9 @@ pub use check::NULL_V;
 pub use effects::{MechanicalEffects, PneumaticEffects};
 pub use field::{Field, SettingsFault};
 pub use gains::Gains;
+pub use mechanics::{Carriage, Friction, FrictionTerms};
 pub use parameters::{
-    Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gas,
-    Settings, Thermal, Tube, Valve,
+    Ambient, Chamber, Chambers, Column, CommandPath, Gas, Settings, Thermal, Tube, Valve,
 };
 
 #[cfg(test)]

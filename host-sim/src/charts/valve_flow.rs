@@ -3,7 +3,7 @@
 use crate::model::Values;
 use crate::report::{Cell, Chart, Page, Role, Section, Series, Table, number};
 use crate::rig::Rig;
-use diagnosis::identify::valve_flow::{Point, ValveFlow};
+use diagnosis::valve_flow::{Point, ValveFlow};
 
 const MM2_PER_M2: f64 = 1e6;
 /// Openings of the second picture, V: where paths begin to open.

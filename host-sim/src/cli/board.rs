@@ -2,7 +2,7 @@
 
 use super::CommandError;
 use super::inputs::{bad_input, read_rig};
-use super::record::stop_wish;
+use super::stop::stop_wish;
 use crate::board::orders::{self, Move, OrderError, Progress};
 use crate::board::port::{BAUD, Port};
 use crate::board::twin::Twin;

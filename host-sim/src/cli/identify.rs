@@ -16,7 +16,7 @@ use crate::laws::Track;
 use crate::recording::Recording;
 use crate::recording_set;
 use crate::rig::Rig;
-use diagnosis::identify::valve_flow::{self, ValveFlow};
+use diagnosis::valve_flow::{self, ValveFlow};
 
 /// Measure one part of the axis in recordings, as numbers of a rig file.
 #[derive(Args, Clone, Debug)]

@@ -18,6 +18,7 @@ pub mod record;
 pub mod settings;
 pub mod shell_help;
 pub mod simulate;
+mod stop;
 pub mod trial;
 
 use std::io::{self, Write};

@@ -2,8 +2,7 @@
 
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -14,6 +13,7 @@ use super::CommandError;
 use super::board::not_done;
 use super::inputs::{bad_input, read_rig, spinner};
 use super::outputs::{cannot_write, check_outputs};
+use super::stop::stop_wish;
 use crate::board::orders::begin_stream;
 use crate::board::port::{BAUD, Port, PortError};
 use crate::board::recorder::{Losses, Recorder, RecorderError, RecorderStartError, check_signals};
@@ -144,16 +144,6 @@ fn record<W: Write>(
     };
     bar.finish_and_clear();
     Ok(ending)
-}
-
-/// Set by Ctrl-C.
-pub(super) fn stop_wish() -> Result<Arc<AtomicBool>, CommandError> {
-    let stopped = Arc::new(AtomicBool::new(false));
-    let wish = Arc::clone(&stopped);
-    match ctrlc::set_handler(move || wish.store(true, Ordering::Relaxed)) {
-        Ok(()) | Err(ctrlc::Error::MultipleHandlers) => Ok(stopped),
-        Err(error) => Err(bad_input(format!("Ctrl-C cannot be watched: {error}"))),
-    }
 }
 
 fn progress(seconds: Option<f64>) -> ProgressBar {

@@ -15,6 +15,7 @@
 //! | `table` | scores as tables |
 
 mod drive;
+mod figure;
 mod judge;
 mod knowledge;
 mod pid;

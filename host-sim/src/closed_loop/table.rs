@@ -1,7 +1,6 @@
 //! Scores as tables in Markdown: the controller beside the comparison.
 
 use super::score::{Case, Measure, MeasuredCase, Score};
-use crate::report::number;
 use std::fmt::Write as _;
 
 /// Scores of the two controllers on one rig.
@@ -143,26 +142,4 @@ pub fn incidents(compared: &Compared) -> Option<String> {
             compared.rig
         )
     })
-}
-
-/// How a figure is shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FigureUnit {
-    /// Metres as mm.
-    Millimetres,
-    /// Volts as mV.
-    Millivolts,
-    /// Seconds.
-    Seconds,
-}
-
-impl FigureUnit {
-    /// The figure with its unit.
-    pub fn shown(self, figure: f64) -> String {
-        match self {
-            Self::Millimetres => format!("{} mm", number::fixed(1e3 * figure, 3)),
-            Self::Millivolts => format!("{} mV", number::fixed(1e3 * figure, 1)),
-            Self::Seconds => format!("{} s", number::fixed(figure, 3)),
-        }
-    }
 }

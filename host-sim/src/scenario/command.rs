@@ -1,6 +1,6 @@
 //! The command of a scenario: segments of volts over time.
 
-use crate::simulate::on_time_grid;
+use super::time_grid::on_time_grid;
 
 /// One segment after the other.
 #[derive(Clone, Debug, Default, PartialEq)]

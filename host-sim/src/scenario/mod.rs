@@ -50,10 +50,13 @@
 
 mod command;
 mod read;
+mod time_grid;
 
 pub(crate) use read::stroke_range_m;
 
 pub use command::{Command, Pulse, Segment, Shape};
+
+pub(crate) use time_grid::on_time_grid;
 
 use crate::rig::{Rig, RigError};
 use std::path::PathBuf;

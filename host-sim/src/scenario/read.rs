@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::time_grid::on_time_grid;
 use super::{Command, FORMAT, Initial, Pulse, Scenario, ScenarioError, Segment, Shape};
 use crate::recording::Recording;
 use crate::rig::{
     COMMAND, Column, Limits, PRESSURE, PositionZero, Rig, Signal, Signals, TEMPERATURE, limits,
     line_at, numeric, positive, read_text, shown,
 };
-use crate::simulate::on_time_grid;
 use crate::text::{expected_one_of, one_line};
 use crate::units::Unit;
 

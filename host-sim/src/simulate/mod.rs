@@ -27,13 +27,9 @@ pub use crate::plant::Sample;
 use crate::model::{AxisFault, Side};
 use crate::plant::{World, axis, equilibrium_pa, supply_pressure_pa};
 use crate::rig::RigError;
-use crate::scenario::{Scenario, stroke_range_m};
+use crate::scenario::{Scenario, on_time_grid, stroke_range_m};
 use model_core::axis::{Axis, AxisState};
 use model_core::carriage::CarriageState;
-
-/// Times are decimals: rounding to this many parts of a second undoes what
-/// sums and products of them add, so that 0.1 s + 0.2 s is 0.3 s.
-const TIME_GRID_PER_S: f64 = 1e12;
 
 /// How a simulation ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,11 +93,6 @@ pub fn integration_error(
             change(|sample| sample.pressure_b_pa),
         ),
     })
-}
-
-/// The time to the nearest part of the grid of decimals.
-pub(crate) fn on_time_grid(time_s: f64) -> f64 {
-    (time_s * TIME_GRID_PER_S).round() / TIME_GRID_PER_S
 }
 
 /// Runs a scenario.

@@ -1,6 +1,9 @@
 //! How much a set of effects explains, and whether each of its members earns its place.
 
-use super::evidence::{Evidence, explained_probability, is_by_chance, log_gain, probability};
+use super::evidence::{
+    Evidence, LIKELIER_THAN_NOT, MATERIAL_SHARE, PLAIN_RATIO, explained_probability, is_by_chance,
+    log_gain, probability,
+};
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::fitted::{Bench, Fitted, Set};
 use crate::diagnose::fold_squares::FoldSquares;
@@ -15,22 +18,12 @@ use crate::laws::{Law, balance, median_step_s};
 /// a minute, it stops at the first that would not be plain even alone.)
 const WORTH_GROWING: f64 = 0.01;
 
-/// An effect must account for this part of the energy of what is missing: 15 %
-/// of its amplitude. Below that it is not material, however significant. The
-/// value lies in the gap that the training parts of the real recordings show
-/// between effects that are there and effects that imitate model error (4 % and
-/// 1.8 %); it is chosen, not derived.
-pub const MATERIAL_SHARE: f64 = 0.15 * 0.15;
-/// An effect is plain when it takes the cross-validated error down to this.
-pub const PLAIN_RATIO: f64 = 0.85;
 /// ... and beside other effects on long recordings, to this.
 pub(super) const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
 
 /// An effect that takes what is left down to this part of its energy is material, however much
 /// larger another one is: a wrong one nibbles at what a form leaves.
 const NEXT_TO_NOTHING: f64 = 0.1;
-/// Probability from which on an effect is named that leaves more than noise.
-const MORE_OFTEN_THAN_NOT: f64 = 0.5;
 /// Forces are told apart down to this part of the energy of their floor, which was set.
 const UNDER_THE_FLOOR: f64 = 0.05;
 
@@ -335,7 +328,7 @@ impl<'a> Judge<'a> {
             return true;
         }
         if self.bench.is_unsound(without) {
-            probability >= MORE_OFTEN_THAN_NOT
+            probability >= LIKELIER_THAN_NOT
         } else {
             self.takes_the_rest(with, without)
         }

@@ -6,7 +6,7 @@
 //! together do): sets are grown several at a time, and every member must then
 //! earn its place against the set without it.
 
-mod evidence;
+pub(super) mod evidence;
 mod judge;
 mod sets;
 
@@ -15,18 +15,12 @@ use evidence::explained_probability;
 use judge::{Judge, PLAIN_RATIO_AMONG_MANY};
 use std::collections::BTreeSet;
 
-pub use evidence::Evidence;
-pub(super) use evidence::{is_by_chance, mean, probability_of};
-pub use judge::PLAIN_RATIO;
+pub use evidence::{Evidence, PLAIN_RATIO};
+pub(super) use evidence::{LIKELIER_THAN_NOT, is_by_chance, mean, probability_of};
 pub(super) use judge::{is_no_load, plain_ratio};
-pub(super) use sets::{with, without};
 
 /// Largest set tried.
 const LARGEST_SET: usize = 4;
-/// What comes and goes is named from this probability on; what stands against a rig file that may
-/// be as wrong has no more.
-pub(super) const LIKELIER_THAN_NOT: f64 = 0.5;
-
 /// The outcome of the search on one law.
 #[derive(Clone, Debug)]
 pub struct Outcome {

@@ -1,8 +1,9 @@
 //! Which sets are fitted, from where, and what is kept of them.
 
-use super::judge::{Judge, PLAIN_RATIO};
+use super::evidence::PLAIN_RATIO;
+use super::judge::Judge;
 use crate::diagnose::candidates::twins;
-use crate::diagnose::fitted::{Fitted, STEPS_FROM_GIVEN, Set};
+use crate::diagnose::fitted::{Fitted, STEPS_FROM_GIVEN, Set, with};
 use crate::diagnose::prospect::{self, PROMISING};
 use crate::laws::Law;
 use rayon::prelude::*;
@@ -380,18 +381,6 @@ impl Judge<'_> {
         self.fitted.push(fitted.clone());
         Some(fitted)
     }
-}
-
-pub(in crate::diagnose) fn with(set: &Set, candidate: usize) -> Set {
-    let mut larger = set.clone();
-    larger.push(candidate);
-    larger.sort_unstable();
-    larger
-}
-
-pub(in crate::diagnose) fn without(set: &Set, candidate: usize) -> Set {
-    let others = set.iter().copied();
-    others.filter(|&one| one != candidate).collect()
 }
 
 #[cfg(test)]
