@@ -12,9 +12,9 @@ const OPENINGS_V: [f64; 5] = [0.5, 0.8, 1.3, 2.0, 2.5];
 fn drawn(seed: u64, noise: f64) -> (Rig, Vec<Recording>, Truth) {
     let request = Request::new(seed, Kind::Nothing).with_noise(noise);
     let case = request.draw();
-    let rig = Rig::parse(&case.rig_toml, "rig.toml").unwrap();
+    let rig = Rig::parse(&case.rig_toml, "rig.toml").expect("a rig file");
     let read = |(name, text): &(String, String)| {
-        Recording::read_from(text.as_bytes(), name, None, &rig.signals).unwrap()
+        Recording::read_from(text.as_bytes(), name, None, &rig.signals).expect("a recording")
     };
     let recordings = case.train.iter().map(read).collect();
     (rig, recordings, request.truth())
@@ -22,7 +22,7 @@ fn drawn(seed: u64, noise: f64) -> (Rig, Vec<Recording>, Truth) {
 
 fn measured(rig: &Rig, recordings: &[Recording]) -> ValveFlow {
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-    measure(rig, &tracks).unwrap()
+    measure(rig, &tracks).expect("a valve")
 }
 
 /// The rig file of somebody who has a data sheet and nothing else.
@@ -40,7 +40,7 @@ fn with_one_flow(rig: &Rig) -> Rig {
         "[valve]",
         "[valve]\nnominal_flow_l_min = 700.0\nb = 0.3\ndead_zone_V = 0.4\nfull_opening_V = 5.0",
     );
-    Rig::parse(&stated, "rig.toml").unwrap()
+    Rig::parse(&stated, "rig.toml").expect("a rig file")
 }
 
 fn at(valve: &ValveFlow, opening_v: f64) -> Point {

@@ -154,3 +154,13 @@ fn val_no_factor_of_a_data_sheet_makes_a_verdict() {
     let misled: Vec<String> = axes.flat_map(of_axis).collect();
     assert_eq!(misled, Vec::<String>::new());
 }
+
+/// A nominal flow states the areas at no opening: they are measured in the training recordings.
+#[test]
+#[ignore = "long: cargo xtask test --all"]
+fn val_one_flow_of_a_data_sheet_is_enough() {
+    let one_flow: [Restated; 1] = [("one flow", |rig| *rig = tests::with_one_flow(rig))];
+    for axis in ["p01", "p04"] {
+        assert_eq!(misled_by_the_sheet(axis, &one_flow), Vec::<String>::new());
+    }
+}

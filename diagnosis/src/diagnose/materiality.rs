@@ -244,4 +244,23 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn prop_a_leak_matters_from_a_tenth_of_what_the_closed_valve_leaks() {
+        let (mut rig, _) = drawn::of_kind(Kind::Single, 5, Strength::Weak, "slew-limit");
+        let from = |rig: &Rig, key: &str| {
+            let all = marks(Law::Chambers, rig, 1e-3);
+            let mark = all.iter().find(|(one, _)| one == key);
+            mark.map(|(_, mark)| mark.size()).unwrap_or_default()
+        };
+        let orifice = "effects.piston-leakage.orifice_m2";
+        let gap = "effects.piston-leakage.laminar_kg_s_Pa2";
+        for (closed_m2, times) in [(1e-9, 1.0), (1e-7, 10.0 / 3.0), (1e-6, 100.0 / 3.0)] {
+            let valve = rig.valve.as_mut().unwrap();
+            valve.exhaust_area_m2[0] = closed_m2;
+            let near = |found: f64, wanted: f64| (found / wanted - 1.0).abs() < 1e-9;
+            assert!(near(from(&rig, orifice), times * PISTON_ORIFICE_M2));
+            assert!(near(from(&rig, gap), times * PISTON_GAP_KG_S_PA2));
+        }
+    }
 }
