@@ -72,6 +72,10 @@ pub(super) fn explained(
             break;
         }
         progress("parameters far from their rig file values");
+        if let Some(nearer) = strayed.nearer() {
+            outcome.improved = nearer;
+            continue;
+        }
         let Some(relief) = strayed.relieved() else {
             break;
         };
@@ -212,6 +216,16 @@ impl<'a> Strayed<'a> {
         0.5 * (self.independent * misfit + contradiction)
     }
 
+    /// The same effects, fitted anew from where the rig has the strayed numbers, where that is another
+    /// valley with fewer of them: a number had gone astray on the way.
+    fn nearer(&self) -> Option<Fitted> {
+        let begun = self.as_stated();
+        let begun = self.bench.with_values(&begun, begun.values.clone());
+        let model = self.bench.finished(&begun)?;
+        let is_fewer = far_off(self.bench, &model).len() < self.keys.len();
+        (is_fewer && self.cost(&model) < self.cost(self.model)).then_some(model)
+    }
+
     /// The effects that leave that number where the rig has it, best first.
     fn relieved(&self) -> Option<Relief> {
         let mut models = self.fitted();
@@ -219,7 +233,10 @@ impl<'a> Strayed<'a> {
         let before = self.cost(self.model);
         let least = 0.5 * (STRAYED.powi(2) - BACK.powi(2));
         models.retain(|(cost, candidate, model)| {
-            before - cost > least && self.is_back(model) && !self.is_bound(*candidate, model)
+            before - cost > least
+                && self.is_back(model)
+                && !self.is_bound(*candidate, model)
+                && !self.is_immaterial(*candidate, model)
         });
         let (best, candidate, model) = models.first()?.clone();
         let effect = |index: usize| self.bench.candidates[index].effect;
@@ -308,6 +325,15 @@ impl<'a> Strayed<'a> {
         let mut ordinary = self.bench.ordinary.iter().map(|free| &free.key);
         self.keys.first().is_some_and(|(_, key)| off(key) < BACK)
             && ordinary.all(|key| off(key) < STRAYED || had_strayed(key))
+    }
+
+    /// Whether an effect is smaller than what matters.
+    fn is_immaterial(&self, candidate: usize, model: &Fitted) -> bool {
+        let marks = &self.bench.candidates[candidate].marks;
+        let mut sizes = marks
+            .iter()
+            .filter_map(|(key, mark)| Some((mark, model.value(key)?)));
+        !marks.is_empty() && sizes.all(|(mark, size)| mark.leaves_out(size))
     }
 
     /// Whether an effect's size is nought or at a bound.
