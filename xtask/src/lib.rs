@@ -25,6 +25,7 @@ mod bench;
 mod call_graph;
 mod checks;
 mod chip;
+mod circles;
 mod control;
 mod demo;
 pub mod emulate;

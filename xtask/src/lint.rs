@@ -6,8 +6,10 @@
 //! - Only the board's part of the application may be unsafe: the compiler cannot tell, since what
 //!   the framework generates is unsafe too.
 //! - `model-core` is `no_std`: also when a host build would not notice.
+//! - No files stand on each other in a circle ([`crate::circles`]).
 //! - Nothing is built twice for want of a feature ([`features`]).
 
+use crate::circles::circles;
 use crate::features;
 use crate::shell::{self, Outcome};
 use std::fs;
@@ -19,6 +21,17 @@ const BOARD: &str = "firmware/src/board";
 const SQUARE_ROOT: &str = "square-root/src";
 /// Where the application's sources lie.
 const FIRMWARE: &str = "firmware/src";
+/// The crates, each with its sources in `src`.
+const CRATES: [&str; 8] = [
+    "square-root",
+    "model-core",
+    "firmware",
+    "grey-box",
+    "diagnosis",
+    "host-sim",
+    "truth-plant",
+    "xtask",
+];
 /// Directories of the root that hold no sources of ours.
 const SKIPPED: [&str; 2] = ["target", "out"];
 /// Conditions on the target.
@@ -45,12 +58,34 @@ pub fn run() -> Outcome {
     if !is_no_std(&read(&root.join("model-core/src/lib.rs"))?) {
         findings.push("model-core/src/lib.rs: `#![no_std]` is missing".to_owned());
     }
+    for folder in CRATES {
+        findings.extend(circles_of(&root.join(folder), &sources)?);
+    }
     findings.extend(features::findings()?);
     if findings.is_empty() {
         println!("lint: {} files, nothing found", sources.len());
         return Ok(());
     }
     Err(findings.join("\n").into())
+}
+
+/// The circles of files in a crate, a line each.
+fn circles_of(folder: &Path, sources: &[PathBuf]) -> Outcome<Vec<String>> {
+    let source = folder.join("src");
+    let mut of_crate = Vec::new();
+    for path in sources {
+        if let Ok(within) = path.strip_prefix(&source) {
+            of_crate.push((within.to_string_lossy().replace('\\', "/"), read(path)?));
+        }
+    }
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let line = |files: Vec<String>| {
+        format!(
+            "{name}/src: files stand on each other in a circle: {}",
+            files.join(", ")
+        )
+    };
+    Ok(circles(&of_crate).into_iter().map(line).collect())
 }
 
 fn read(path: &Path) -> Outcome<String> {

@@ -1,0 +1,165 @@
+//! No circle of files: data flow one way, and each file can be read with those below it.
+//!
+//! A file stands on another where a `use` of it names that one's module or something in it. What a
+//! file takes from the module above it (`use super::Name`) is no tie, as a room's own names are there for
+//! all in it; tests within a file are left out.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A module by its path within the crate, from the top; empty for the crate itself.
+type Module = Vec<String>;
+
+/// The circles among files of one crate, each as its files; `sources` are path below `src` and text.
+pub fn circles(sources: &[(String, String)]) -> Vec<Vec<String>> {
+    let files: BTreeMap<Module, &str> = sources
+        .iter()
+        .map(|(path, _)| (module_of(path), path.as_str()))
+        .collect();
+    let ties: BTreeMap<&str, BTreeSet<&str>> = sources
+        .iter()
+        .map(|(path, text)| (path.as_str(), stands_on(path, text, &files)))
+        .collect();
+    let reach = |from: &str| {
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<&str> = ties[from].iter().copied().collect();
+        while let Some(file) = open.pop() {
+            if seen.insert(file) {
+                open.extend(&ties[file]);
+            }
+        }
+        seen
+    };
+    let reached: BTreeMap<&str, BTreeSet<&str>> =
+        ties.keys().map(|file| (*file, reach(file))).collect();
+    let mut found: BTreeSet<Vec<String>> = BTreeSet::new();
+    for (file, below) in &reached {
+        if below.contains(file) {
+            let members = below.iter().filter(|other| reached[*other].contains(file));
+            found.insert(members.map(|member| (*member).to_owned()).collect());
+        }
+    }
+    found.into_iter().collect()
+}
+
+fn module_of(path: &str) -> Module {
+    let bare = path.strip_suffix(".rs").unwrap_or(path);
+    let mut names: Module = bare.split('/').map(str::to_owned).collect();
+    if names
+        .last()
+        .is_some_and(|last| matches!(last.as_str(), "mod" | "lib" | "main"))
+    {
+        names.pop();
+    }
+    names
+}
+
+/// The files that a file's `use` declarations name.
+fn stands_on<'f>(path: &str, text: &str, files: &BTreeMap<Module, &'f str>) -> BTreeSet<&'f str> {
+    let own = module_of(path);
+    let code = text
+        .split("#[cfg(test)]\nmod tests {")
+        .next()
+        .unwrap_or(text);
+    let declarations = code.split(';').filter_map(|statement| {
+        let begin = statement.rfind("use ")?;
+        let is_word = statement[..begin].ends_with([' ', '\n', ')']) || begin == 0;
+        is_word.then(|| &statement[begin + 4..])
+    });
+    let mut named = BTreeSet::new();
+    for path in declarations.flat_map(|tree| leaves("", tree)) {
+        let Some(absolute) = absolute(&own, &path) else {
+            continue;
+        };
+        let deepest = (1..=absolute.len())
+            .rev()
+            .find_map(|length| files.get(&absolute[..length]));
+        named.extend(deepest.filter(|file| Some(**file) != files.get(&own).copied()));
+    }
+    named
+}
+
+/// `a::{b, c::d}` as `a::b` and `a::c::d`.
+fn leaves(before: &str, tree: &str) -> Vec<String> {
+    let tree = tree.trim();
+    let Some((head, rest)) = tree.split_once('{') else {
+        return vec![format!("{before}{tree}")];
+    };
+    let inner = rest.rsplit_once('}').map_or(rest, |(inner, _)| inner);
+    let before = format!("{before}{}", head.trim());
+    let (mut depth, mut from, mut all) = (0_usize, 0, Vec::new());
+    for (place, character) in inner.char_indices() {
+        match character {
+            '{' => depth += 1,
+            '}' => depth = depth.saturating_sub(1),
+            ',' if depth == 0 => {
+                all.extend(leaves(&before, &inner[from..place]));
+                from = place + 1;
+            }
+            _ => {}
+        }
+    }
+    all.extend(leaves(&before, &inner[from..]));
+    all
+}
+
+/// The path from the top of the crate; `None` for another crate's, and for a name of the module above.
+fn absolute(own: &[String], path: &str) -> Option<Module> {
+    let mut names: Vec<&str> = path.split("::").map(str::trim).collect();
+    let mut module: Module = match *names.first()? {
+        "crate" => Vec::new(),
+        "self" | "super" => own.to_vec(),
+        _ => return None,
+    };
+    while let Some(first) = names.first().copied() {
+        match first {
+            "crate" | "self" => {}
+            "super" => {
+                module.pop()?;
+            }
+            _ => break,
+        }
+        names.remove(0);
+    }
+    let first = names.first()?.split(' ').next()?;
+    // A name that begins with a capital or is called is none of a module.
+    module.push(first.to_owned());
+    module.extend(names[1..].iter().map(|name| (*name).to_owned()));
+    Some(module)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(sources: &[(&str, &str)]) -> Vec<Vec<String>> {
+        let owned = |(path, text): &(&str, &str)| ((*path).to_owned(), (*text).to_owned());
+        circles(&sources.iter().map(owned).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn val_a_circle_is_found_through_groups_and_folders() {
+        let sources = [
+            ("lib.rs", "mod a;\nmod b;\n"),
+            ("a.rs", "use crate::b::{self, deep::{One, Two}};\n"),
+            ("b/mod.rs", "mod deep;\npub use deep::One;\n"),
+            (
+                "b/deep.rs",
+                "//! Text.\n\nuse std::fs;\nuse super::super::a::Three;\n",
+            ),
+        ];
+        assert_eq!(found(&sources), [["a.rs", "b/deep.rs"]]);
+    }
+
+    #[test]
+    fn prop_one_way_is_no_circle_and_tests_do_not_count() {
+        let sources = [
+            ("lib.rs", "mod a;\nmod b;\npub use a::One;\n"),
+            ("a.rs", "use super::b::Two;\npub struct One;\n"),
+            (
+                "b.rs",
+                "use crate::One;\npub struct Two;\n#[cfg(test)]\nmod tests {\n    use crate::a::One;\n}\n",
+            ),
+        ];
+        assert_eq!(found(&sources), Vec::<Vec<String>>::new());
+    }
+}
