@@ -24,6 +24,8 @@ const HALF_WINDOW_S: f64 = 0.01;
 const BALANCE_ERROR: f64 = 0.05;
 /// Temperatures that the gas of a chamber keeps to, K.
 const TEMPERATURES_K: (f64, f64) = (150.0, 500.0);
+/// By no larger part does the temperature change over a row.
+const MOST_GROWTH: f64 = 0.1;
 /// Half the width of the parabola that a rate of pressure is read from, rows.
 const RATE_HALF_WIDTH: usize = 8;
 
@@ -35,6 +37,32 @@ pub(super) struct Axis {
     ambient: GasState<f64>,
     supply_pa: f64,
     feeds_a_above_null: bool,
+}
+
+/// What drives one chamber in one recording.
+struct Recorded<'a> {
+    time_s: &'a [f64],
+    command_v: &'a [f64],
+    own_pa: &'a [f64],
+    other_pa: &'a [f64],
+    supply_pa: &'a [f64],
+    motion: &'a Motion,
+    /// The own pressure, smoothed, with its rate.
+    rate: Motion,
+}
+
+/// A chamber at one row.
+struct Instant {
+    volume_m3: f64,
+    /// What the volume's change and the heat take, of the balance over gamma R, kg K/s.
+    work_and_heat: f64,
+    /// T'/T, 1/s.
+    growth_per_s: f64,
+}
+
+/// gamma R, J/(kg K).
+fn scale(chamber: &Chamber<f64>) -> f64 {
+    chamber.gas.heat_capacity_ratio * chamber.gas.gas_constant_j_per_kg_k
 }
 
 /// One chamber in one recording, row by row.
@@ -134,102 +162,118 @@ impl Axis {
         let command_v = signal("u")?;
         let read = |side: Side| -> Result<Vec<f64>, String> {
             let gauge = Gauge::of(values, side);
-            let shown = signal(side.pressure_signal())?;
-            Ok(shown
-                .iter()
-                .map(|shown_pa| gauge.reads_pa(*shown_pa))
-                .collect())
+            let shown = signal(side.pressure_signal())?.iter();
+            Ok(shown.map(|shown_pa| gauge.reads_pa(*shown_pa)).collect())
         };
-        let pressures_pa = [read(Side::A)?, read(Side::B)?];
+        let [pressure_a_pa, pressure_b_pa] = [read(Side::A)?, read(Side::B)?];
         let supply_pa = recording.signal("p_s");
         let at = |row: usize| supply_pa.map_or(self.supply_pa, |supply_pa| supply_pa[row]);
         let supply_pa: Vec<f64> = (0..recording.len()).map(at).collect();
         Ok(Side::BOTH.map(|side| {
-            let [own, other] = match side {
-                Side::A => [&pressures_pa[0], &pressures_pa[1]],
-                Side::B => [&pressures_pa[1], &pressures_pa[0]],
+            let (own_pa, other_pa) = match side {
+                Side::A => (&pressure_a_pa, &pressure_b_pa),
+                Side::B => (&pressure_b_pa, &pressure_a_pa),
             };
-            self.chamber_rows(
-                side,
-                &recording.time_s,
+            let recorded = Recorded {
+                time_s: &recording.time_s,
                 command_v,
-                [own, other, &supply_pa],
+                own_pa,
+                other_pa,
+                supply_pa: &supply_pa,
                 motion,
-            )
+                rate: Motion::with_half_width(&recording.time_s, own_pa, RATE_HALF_WIDTH),
+            };
+            self.chamber_rows(side, &recorded)
         }))
     }
 
-    fn chamber_rows(
-        &self,
-        side: Side,
-        time_s: &[f64],
-        command_v: &[f64],
-        [own_pa, other_pa, supply_pa]: [&Vec<f64>; 3],
-        motion: &Motion,
-    ) -> ChamberRows {
+    fn chamber_rows(&self, side: Side, recorded: &Recorded<'_>) -> ChamberRows {
         let chamber = &self.chambers[usize::from(side == Side::B)];
-        let gas = &chamber.gas;
-        let (gamma, constant) = (gas.heat_capacity_ratio, gas.gas_constant_j_per_kg_k);
-        let scale = gamma * constant;
-        let geometry = &chamber.geometry;
-        let rate = Motion::with_half_width(time_s, own_pa, RATE_HALF_WIDTH);
-        let room_k = self.ambient.temperature_k;
-        let rows = time_s.len();
+        let dead_volume_m3 = chamber.geometry.dead_volume_m3;
+        let rows = recorded.time_s.len();
         let mut one = ChamberRows {
             side,
-            time_s: time_s.to_vec(),
-            command_v: command_v.to_vec(),
-            pressure_pa: own_pa.clone(),
+            time_s: recorded.time_s.to_vec(),
+            command_v: recorded.command_v.to_vec(),
+            pressure_pa: recorded.own_pa.to_vec(),
             stroke_m3: Vec::with_capacity(rows),
             work_and_heat: Vec::with_capacity(rows),
             per_area: std::array::from_fn(|_| Vec::with_capacity(rows)),
-            scale,
-            noise_pa: white_noise(own_pa),
-            dead_volume_m3: geometry.dead_volume_m3,
+            scale: scale(chamber),
+            noise_pa: white_noise(recorded.own_pa),
+            dead_volume_m3,
             feeds_above_null: self.feeds_a_above_null == (side == Side::A),
         };
-        let mut temperature_k = room_k;
+        let mut temperature_k = self.ambient.temperature_k;
         for row in 0..rows {
-            let position_m = motion.position_m[row];
-            let volume_m3 = geometry.volume_m3(position_m);
-            let swept_m3_s =
-                geometry.area_m2 * geometry.length_per_position * motion.velocity_m_per_s[row];
-            let (pressure_pa, rate_pa_s) = (rate.position_m[row], rate.velocity_m_per_s[row]);
-            // Net flow, with the heat of the row before: the sign tells charging from discharging.
-            let stored = (volume_m3 * rate_pa_s + gamma * pressure_pa * swept_m3_s) / scale;
-            let heat_transfer = if stored >= 0.0 {
-                chamber.heat_transfer_charging_w_per_m2_k
-            } else {
-                chamber.heat_transfer_discharging_w_per_m2_k
-            };
-            let heat_w = heat_transfer * geometry.surface_m2(position_m) * (room_k - temperature_k);
-            let heat = (gamma - 1.0) * heat_w / scale;
-            let inflow = stored - heat;
-            let upstream_k = if inflow >= 0.0 { room_k } else { temperature_k };
-            let states = |pressure_pa, temperature_k| GasState {
-                pressure_pa,
-                temperature_k,
-            };
-            let inside = states(own_pa[row], temperature_k);
-            let per_area = [
-                self.carried(states(supply_pa[row], room_k), inside),
-                self.carried(self.ambient, inside),
-                self.carried(states(other_pa[row], room_k), inside),
-            ];
+            let instant = self.instant(chamber, recorded, row, temperature_k);
+            let per_area = self.per_area(recorded, row, temperature_k);
             for (column, value) in one.per_area.iter_mut().zip(per_area) {
                 column.push(value);
             }
-            one.stroke_m3.push(volume_m3 - geometry.dead_volume_m3);
-            one.work_and_heat
-                .push((gamma - 1.0) * own_pa[row] * swept_m3_s / scale - heat);
-            let step_s = time_s.get(row + 1).map_or(0.0, |next| next - time_s[row]);
-            let mass_kg = pressure_pa * volume_m3 / (constant * temperature_k);
-            let growth =
-                rate_pa_s / pressure_pa + swept_m3_s / volume_m3 - inflow / upstream_k / mass_kg;
-            temperature_k *= 1.0 + (step_s * growth).clamp(-0.1, 0.1);
-            temperature_k = temperature_k.clamp(TEMPERATURES_K.0, TEMPERATURES_K.1);
+            one.stroke_m3.push(instant.volume_m3 - dead_volume_m3);
+            one.work_and_heat.push(instant.work_and_heat);
+            let next = recorded.time_s.get(row + 1);
+            let step_s = next.map_or(0.0, |next| next - recorded.time_s[row]);
+            let grown = (step_s * instant.growth_per_s).clamp(-MOST_GROWTH, MOST_GROWTH);
+            temperature_k =
+                (temperature_k * (1.0 + grown)).clamp(TEMPERATURES_K.0, TEMPERATURES_K.1);
         }
         one
+    }
+
+    /// The balance (3) at one row, solved for the flow: the rate of the pressure is that of a
+    /// parabola through its neighbours, which is enough for a temperature.
+    fn instant(
+        &self,
+        chamber: &Chamber<f64>,
+        recorded: &Recorded<'_>,
+        row: usize,
+        temperature_k: f64,
+    ) -> Instant {
+        let (geometry, gas) = (&chamber.geometry, &chamber.gas);
+        let (gamma, constant) = (gas.heat_capacity_ratio, gas.gas_constant_j_per_kg_k);
+        let scale = scale(chamber);
+        let room_k = self.ambient.temperature_k;
+        let position_m = recorded.motion.position_m[row];
+        let volume_m3 = geometry.volume_m3(position_m);
+        let outwards_m_s = geometry.length_per_position * recorded.motion.velocity_m_per_s[row];
+        let swept_m3_s = geometry.area_m2 * outwards_m_s;
+        let pressure_pa = recorded.rate.position_m[row];
+        let rate_pa_s = recorded.rate.velocity_m_per_s[row];
+        let stored = (volume_m3 * rate_pa_s + gamma * pressure_pa * swept_m3_s) / scale;
+        let heat_transfer = if stored >= 0.0 {
+            chamber.heat_transfer_charging_w_per_m2_k
+        } else {
+            chamber.heat_transfer_discharging_w_per_m2_k
+        };
+        let heat_w = heat_transfer * geometry.surface_m2(position_m) * (room_k - temperature_k);
+        let heat = (gamma - 1.0) * heat_w / scale;
+        let inflow = stored - heat;
+        let upstream_k = if inflow >= 0.0 { room_k } else { temperature_k };
+        let mass_kg = pressure_pa * volume_m3 / (constant * temperature_k);
+        Instant {
+            volume_m3,
+            work_and_heat: (gamma - 1.0) * recorded.own_pa[row] * swept_m3_s / scale - heat,
+            growth_per_s: rate_pa_s / pressure_pa + swept_m3_s / volume_m3
+                - inflow / upstream_k / mass_kg,
+        }
+    }
+
+    /// T m' into the chamber through 1 m2, kg K/s: from the supply, from the surroundings, past the
+    /// piston.
+    fn per_area(&self, recorded: &Recorded<'_>, row: usize, temperature_k: f64) -> [f64; 3] {
+        let room_k = self.ambient.temperature_k;
+        let state = |pressure_pa: f64, temperature_k| GasState {
+            pressure_pa,
+            temperature_k,
+        };
+        let inside = state(recorded.own_pa[row], temperature_k);
+        [
+            self.carried(state(recorded.supply_pa[row], room_k), inside),
+            self.carried(self.ambient, inside),
+            self.carried(state(recorded.other_pa[row], room_k), inside),
+        ]
     }
 
     /// T m' from one side to the inside through 1 m2, kg K/(s m2).
