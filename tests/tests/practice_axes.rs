@@ -63,7 +63,6 @@ fn val_p06_lacks_the_spool() {
 }
 
 #[test]
-#[ignore = "long: cargo xtask test --all"]
 fn val_p07_lacks_a_supply_that_sags() {
     is_understood("p07");
 }
