@@ -67,6 +67,12 @@ impl Size {
         let known_to = self.deviation.unwrap_or(0.0);
         error <= SIZE_SHARE * self.truth.abs() || error <= SIZE_DEVIATIONS * known_to
     }
+
+    /// Whether it is within twice its stated deviation; `None` where none is stated.
+    pub fn is_within_own_deviations(&self) -> Option<bool> {
+        let known_to = self.deviation?;
+        Some((self.found - self.truth).abs() <= SIZE_DEVIATIONS * known_to)
+    }
 }
 
 impl Truth {
@@ -202,6 +208,7 @@ pub fn recordings(folder: &Path, begin: &str) -> Result<Vec<PathBuf>, Failure> {
 /// Diagnoses all axes and writes their table; fails afterwards where a verdict is not the true one.
 pub fn run() -> Outcome {
     let (mut text, mut wrong) = (heading(), Vec::new());
+    let mut sizes: Vec<Size> = Vec::new();
     for folder in axes() {
         let axis = folder.file_name().unwrap_or_default().to_string_lossy();
         println!("practice axis {axis}");
@@ -209,14 +216,29 @@ pub fn run() -> Outcome {
         let (train, held_out) = (recordings(&folder, "train")?, recordings(&folder, "held")?);
         let verdict = diagnosed(&folder.join("rig.toml"), &train, &held_out)?;
         row(&mut text, &axis, &truth, &verdict);
+        sizes.extend(truth.found(&verdict));
         let objections = truth.objections(&verdict);
         wrong.extend(objections.iter().map(|one| format!("{axis}: {one}")));
     }
+    text += &coverage(&sizes);
     PART.write(crate::verdicts::PAGE, &text)?;
     if wrong.is_empty() {
         return Ok(());
     }
     Err(wrong.join("\n").into())
+}
+
+/// How many sizes lie within two of their own deviations, whatever part of the size that is.
+fn coverage(sizes: &[Size]) -> String {
+    let stated: Vec<bool> = sizes
+        .iter()
+        .filter_map(Size::is_within_own_deviations)
+        .collect();
+    let within = stated.iter().filter(|is_within| **is_within).count();
+    format!(
+        "\nOf {} sizes with a stated standard deviation {within} lie within two of it.\n",
+        stated.len()
+    )
 }
 
 fn heading() -> String {
@@ -307,6 +329,20 @@ mod tests {
         assert!(!size(1.16, None).is_right());
         assert!(size(1.4, Some(0.21)).is_right());
         assert!(!size(1.4, Some(0.19)).is_right());
+        assert_eq!(
+            size(1.1, Some(0.04)).is_within_own_deviations(),
+            Some(false)
+        );
+        assert_eq!(size(1.1, None).is_within_own_deviations(), None);
+        let text = coverage(&[
+            size(1.1, Some(0.04)),
+            size(1.1, Some(0.06)),
+            size(1.0, None),
+        ]);
+        assert!(
+            text.contains("Of 2 sizes with a stated standard deviation 1 lie"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -64,6 +64,15 @@ pub struct SizeError {
     pub covered: bool,
 }
 
+impl SizeError {
+    /// Whether it is within two of its stated deviations, which 95 % of sound ones are; `None`
+    /// where none is stated.
+    pub fn is_within_two_deviations(&self) -> Option<bool> {
+        let std = self.std?;
+        Some((self.value - self.truth).abs() <= 2.0 * std)
+    }
+}
+
 /// Held-out errors, normalised over the horizon, root mean square over signals.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
@@ -327,6 +336,9 @@ mod tests {
         assert!(good.sizes[0].covered && (good.sizes[0].relative - 0.1).abs() < 1e-9);
         assert!(!judged(1.2 * delay_s, 0.0).sizes[0].covered);
         assert!(judged(1.2 * delay_s, 0.11 * delay_s).sizes[0].covered);
+        let alone = |size: f64, std: f64| judged(size, std).sizes[0].is_within_two_deviations();
+        assert_eq!(alone(1.1 * delay_s, 0.01 * delay_s), Some(false));
+        assert_eq!(alone(1.1 * delay_s, 0.06 * delay_s), Some(true));
     }
 
     #[test]

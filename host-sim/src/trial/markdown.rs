@@ -93,8 +93,8 @@ fn rows(text: &mut String, what: &str, rows: &[Row]) {
     let _ = writeln!(
         text,
         "\n| {what} | cases | named first | within the set | place | unknown | false alarms | confident, wrong | \
-         size error | sizes covered | held out: improved/refitted | floor/refitted | worse | s |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+         size error | sizes covered | within two deviations alone | held out: improved/refitted | floor/refitted | \
+         worse | s |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
     );
     for row in rows {
         let number = |value: Option<f64>, decimals: usize| {
@@ -105,7 +105,7 @@ fn rows(text: &mut String, what: &str, rows: &[Row]) {
             .map_or_else(|| "–".to_owned(), |e| format!("{:.1} %", 100.0 * e));
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {percent} | {} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {percent} | {} | {} | {} | {} | {} | {} |",
             row.title,
             row.cases,
             row.named_first,
@@ -115,6 +115,7 @@ fn rows(text: &mut String, what: &str, rows: &[Row]) {
             row.false_alarms,
             row.confidently_wrong,
             row.covered,
+            row.within_two_deviations,
             number(row.improved_over_refitted, 3),
             number(row.floor_over_refitted, 3),
             row.worse,

@@ -165,6 +165,7 @@ fn rows(section: &mut Section, what: &str, rows: &[Row]) {
         what,
         "size error, median %",
         "sizes covered",
+        "within two deviations alone",
         "held out: improved/refitted",
         "held out: floor/refitted",
         "worse than refitted",
@@ -177,6 +178,7 @@ fn rows(section: &mut Section, what: &str, rows: &[Row]) {
             row.title.clone().into(),
             percent(row.size_error),
             row.covered.to_string().into(),
+            row.within_two_deviations.to_string().into(),
             row.improved_over_refitted
                 .map(|ratio| Cell::number(ratio, 3))
                 .into(),

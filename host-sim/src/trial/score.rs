@@ -37,6 +37,9 @@ pub struct Row {
     pub size_error: Option<f64>,
     /// Sizes that are covered.
     pub covered: Rate,
+    /// Sizes within two stated deviations, whatever part of the size that is.
+    #[serde(default)]
+    pub within_two_deviations: Rate,
     /// Median ratio of held-out errors, improved over refitted, where something
     /// is missing.
     pub improved_over_refitted: Option<f64>,
@@ -202,6 +205,11 @@ impl Row {
             failed: Rate::over(cases.iter().map(|case| case.failure.is_some())),
             size_error: median(sizes.iter().map(|size| size.relative)),
             covered: Rate::over(sizes.iter().map(|size| size.covered)),
+            within_two_deviations: Rate::over(
+                sizes
+                    .iter()
+                    .filter_map(|size| size.is_within_two_deviations()),
+            ),
             improved_over_refitted: ratio(&|proof| Some(proof.improved)),
             floor_over_refitted: ratio(&|proof| proof.noise_floor),
             worse: Rate::over(
