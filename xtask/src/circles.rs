@@ -121,7 +121,6 @@ fn absolute(own: &[String], path: &str) -> Option<Module> {
         names.remove(0);
     }
     let first = names.first()?.split(' ').next()?;
-    // A name that begins with a capital or is called is none of a module.
     module.push(first.to_owned());
     module.extend(names[1..].iter().map(|name| (*name).to_owned()));
     Some(module)

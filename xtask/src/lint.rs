@@ -12,6 +12,7 @@
 use crate::circles::circles;
 use crate::features;
 use crate::shell::{self, Outcome};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -21,17 +22,6 @@ const BOARD: &str = "firmware/src/board";
 const SQUARE_ROOT: &str = "square-root/src";
 /// Where the application's sources lie.
 const FIRMWARE: &str = "firmware/src";
-/// The crates, each with its sources in `src`.
-const CRATES: [&str; 8] = [
-    "square-root",
-    "model-core",
-    "firmware",
-    "grey-box",
-    "diagnosis",
-    "host-sim",
-    "truth-plant",
-    "xtask",
-];
 /// Directories of the root that hold no sources of ours.
 const SKIPPED: [&str; 2] = ["target", "out"];
 /// Conditions on the target.
@@ -58,9 +48,7 @@ pub fn run() -> Outcome {
     if !is_no_std(&read(&root.join("model-core/src/lib.rs"))?) {
         findings.push("model-core/src/lib.rs: `#![no_std]` is missing".to_owned());
     }
-    for folder in CRATES {
-        findings.extend(circles_of(&root.join(folder), &sources)?);
-    }
+    findings.extend(circle_lines(&root, &sources)?);
     findings.extend(features::findings()?);
     if findings.is_empty() {
         println!("lint: {} files, nothing found", sources.len());
@@ -69,23 +57,28 @@ pub fn run() -> Outcome {
     Err(findings.join("\n").into())
 }
 
-/// The circles of files in a crate, a line each.
-fn circles_of(folder: &Path, sources: &[PathBuf]) -> Outcome<Vec<String>> {
-    let source = folder.join("src");
-    let mut of_crate = Vec::new();
+/// The circles of files in any crate, a line each.
+fn circle_lines(root: &Path, sources: &[PathBuf]) -> Outcome<Vec<String>> {
+    let mut crates: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
     for path in sources {
-        if let Ok(within) = path.strip_prefix(&source) {
-            of_crate.push((within.to_string_lossy().replace('\\', "/"), read(path)?));
+        let shown = path.strip_prefix(root).unwrap_or(path);
+        let shown = shown.to_string_lossy().replace('\\', "/");
+        if let Some((name, within)) = shown.split_once("/src/") {
+            let of_crate = crates.entry(name.to_owned()).or_default();
+            of_crate.push((within.to_owned(), read(path)?));
         }
     }
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    let line = |files: Vec<String>| {
-        format!(
-            "{name}/src: files stand on each other in a circle: {}",
-            files.join(", ")
-        )
+    let lines = |(name, of_crate): (&String, &Vec<(String, String)>)| {
+        let line = |files: Vec<String>| {
+            let files = files.join(", ");
+            format!("{name}/src: files stand on each other in a circle: {files}")
+        };
+        circles(of_crate)
+            .into_iter()
+            .map(line)
+            .collect::<Vec<String>>()
     };
-    Ok(circles(&of_crate).into_iter().map(line).collect())
+    Ok(crates.iter().flat_map(lines).collect())
 }
 
 fn read(path: &Path) -> Outcome<String> {

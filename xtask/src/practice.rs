@@ -64,8 +64,7 @@ impl Size {
     /// Whether it is within 15 % or twice its stated deviation.
     pub fn is_right(&self) -> bool {
         let error = (self.found - self.truth).abs();
-        let known_to = self.deviation.unwrap_or(0.0);
-        error <= SIZE_SHARE * self.truth.abs() || error <= SIZE_DEVIATIONS * known_to
+        error <= SIZE_SHARE * self.truth.abs() || self.is_within_own_deviations() == Some(true)
     }
 
     /// Whether it is within twice its stated deviation; `None` where none is stated.

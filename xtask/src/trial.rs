@@ -45,14 +45,14 @@ const TRIALS: [Trial; 2] = [
 /// for how many cases.
 pub fn run(options: &[String]) -> Outcome {
     let [laboratory, shop_floor] = &TRIALS;
-    let is_on_shop_floor = options.iter().any(|option| option == "--shop-floor");
-    let trial = if is_on_shop_floor {
-        shop_floor
-    } else {
-        laboratory
+    let options: Vec<&str> = options.iter().map(String::as_str).collect();
+    let (trial, cases) = match options[..] {
+        [] => (laboratory, laboratory.cases),
+        ["--shop-floor"] => (shop_floor, shop_floor.cases),
+        ["--shop-floor", cases] => (shop_floor, cases),
+        [cases] => (laboratory, cases),
+        _ => return Err("trial: expected [--shop-floor] [CASES]".into()),
     };
-    let cases = options.iter().find(|option| !option.starts_with("--"));
-    let cases = cases.map_or(trial.cases, String::as_str);
     let folder = shell::root().join(trial.folder);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let announced = format!(

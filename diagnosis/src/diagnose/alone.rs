@@ -1,8 +1,7 @@
 //! Each effect of a model beside the model without it: how much of it a refit hides, and whether
 //! chance explains as much.
 
-use super::fitted::without;
-use super::fitted::{Bench, Fitted};
+use super::fitted::{Bench, Fitted, without};
 use super::null;
 use super::search::{Evidence, Outcome};
 use std::collections::BTreeMap;

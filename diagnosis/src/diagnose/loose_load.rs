@@ -17,8 +17,7 @@
 //!
 //! What else was found with the load as the balance has it is then asked for again.
 
-use super::fitted::without;
-use super::fitted::{Bench, Fitted};
+use super::fitted::{Bench, Fitted, without};
 use crate::fit::compass::{self, Varied};
 use crate::fit::law_problem::{FreeParameter, windows};
 use crate::laws::{Law, balance, median};

@@ -1,6 +1,7 @@
 //! What counts as a misfit.
 
 use super::fitted::{Bench, Columns, Fitted};
+use super::materiality::Mark;
 use crate::laws::{Law, Track};
 
 /// A misfit whose energy is this much above the noise's shows that something is missing,
@@ -23,7 +24,7 @@ pub(super) const ERROR_OF_FORM: f64 = 8.0;
 const MISSED_OF_FORCES: f64 = 1.0;
 /// Part of a chamber's pressure that a sound model of an axis leaves beside the noise: no gauge of
 /// class 0.5 is straight to better than a fifth of its class, and a valve's areas measured to half
-/// a per cent at a dozen points leave more (0.05 to 0.15 % on drawn shop-floor axes).
+/// a per cent at a dozen points leave more (0.05 to 0.25 % on drawn shop-floor axes).
 const DISCREPANCY: f64 = 3e-3;
 /// Forces below that floor are not looked for.
 const WORTH_A_SEARCH_OF_FORCES: f64 = 0.0;
@@ -122,6 +123,15 @@ impl Bench<'_> {
     /// Whether a model leaves no more than the right effect in not quite the right form does.
     pub(super) fn leaves_no_more_than_a_form(&self, model: &Fitted) -> bool {
         (0..self.noise.len()).all(|output| self.excess(model, output) < ERROR_OF_FORM)
+    }
+
+    /// Whether an effect is smaller than what matters, in every number that has such a mark.
+    pub(super) fn is_negligible(&self, model: &Fitted, candidate: usize) -> bool {
+        let marks = &self.candidates[candidate].marks;
+        let is_small = |(key, mark): &(String, Mark)| {
+            model.value(key).is_none_or(|size| mark.leaves_out(size))
+        };
+        !marks.is_empty() && marks.iter().all(is_small)
     }
 
     /// Whether the law stands on a valve, which no rig file knows but nearly.

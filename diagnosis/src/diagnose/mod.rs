@@ -394,7 +394,7 @@ pub fn diagnose<E>(
         faults.extend(instruments::mistake(&stated, &train));
     }
     let (train, mut notes) = gaps::parted(rig, train);
-    let measured = if faults.is_empty() && states_flow(rig) {
+    let measured = if faults.is_empty() && rig.states_flow() {
         progress("the valve's areas over the opening, which the rig file does not state");
         let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
         valve_flow::measure(&in_use, &tracks).ok()
@@ -472,11 +472,6 @@ pub fn diagnose<E>(
         train,
         held_out,
     })
-}
-
-/// Whether the rig file states a flow of the valve, and no areas over its opening.
-fn states_flow(rig: &Rig) -> bool {
-    (rig.valve.as_ref()).is_some_and(|valve| valve.stated_flow.is_some())
 }
 
 /// What stands in the place of areas that the rig file does not state.

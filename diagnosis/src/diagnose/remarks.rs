@@ -117,10 +117,9 @@ pub(super) fn unrefitted(rig: &Rig) -> Option<String> {
 /// Where a data sheet states one flow, the areas over the opening are assumed, and no misfit of the
 /// chambers is beyond them.
 pub(super) fn assumed_curve(rig: &Rig, laws: &[LawDiagnosis]) -> Option<String> {
-    let is_assumed = (rig.valve.as_ref()).is_some_and(|valve| valve.stated_flow.is_some());
     let mut chambers = laws.iter().filter(|law| law.law == Law::Chambers);
     let is_missed = chambers.any(assemble::is_unexplained);
-    (is_assumed && is_missed).then(|| {
+    (rig.states_flow() && is_missed).then(|| {
         "the areas of the valve over its opening are assumed, from one flow of the data sheet: the misfit of the chambers may be that of the assumed curve; measure the flow at 8 or more openings and give [valve] a table".to_owned()
     })
 }

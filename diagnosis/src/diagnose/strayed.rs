@@ -10,8 +10,7 @@
 //! how far they are from what the rig file states (the posterior's maximum), the rig file's numbers
 //! as a whole being what they are ([`super::sheet`]).
 
-use super::fitted::with;
-use super::fitted::{Bench, Fitted, correlation_length};
+use super::fitted::{Bench, Fitted, correlation_length, with};
 use super::search::{Evidence, Outcome};
 use crate::rig::Rig;
 use rayon::prelude::*;
@@ -236,7 +235,7 @@ impl<'a> Strayed<'a> {
             before - cost > least
                 && self.is_back(model)
                 && !self.is_bound(*candidate, model)
-                && !self.is_immaterial(*candidate, model)
+                && !self.bench.is_negligible(model, *candidate)
         });
         let (best, candidate, model) = models.first()?.clone();
         let effect = |index: usize| self.bench.candidates[index].effect;
@@ -325,15 +324,6 @@ impl<'a> Strayed<'a> {
         let mut ordinary = self.bench.ordinary.iter().map(|free| &free.key);
         self.keys.first().is_some_and(|(_, key)| off(key) < BACK)
             && ordinary.all(|key| off(key) < STRAYED || had_strayed(key))
-    }
-
-    /// Whether an effect is smaller than what matters.
-    fn is_immaterial(&self, candidate: usize, model: &Fitted) -> bool {
-        let marks = &self.bench.candidates[candidate].marks;
-        let mut sizes = marks
-            .iter()
-            .filter_map(|(key, mark)| Some((mark, model.value(key)?)));
-        !marks.is_empty() && sizes.all(|(mark, size)| mark.leaves_out(size))
     }
 
     /// Whether an effect's size is nought or at a bound.

@@ -18,7 +18,7 @@ const GROWTH: f64 = 1.25;
 const SLOPE_CHANGE: f64 = 0.5;
 const SLOPE_CHANGES_OVER_V: f64 = 0.1;
 /// How far the areas of both paths differ at one opening, one standard deviation, as a part of the
-/// area of a straight curve there: lands of one spool differ by 5 to 12 % on published valves.
+/// area of a straight curve there: a guess, as the lands of one spool are ground alike.
 const PATHS_DIFFER: f64 = 0.1;
 /// How far the guessed dead volume may be off, one standard deviation, as a part of it.
 const DEAD_VOLUME_ERROR: f64 = 0.5;

@@ -39,13 +39,14 @@ pub(super) struct Axis {
     feeds_a_above_null: bool,
 }
 
-/// What drives one chamber in one recording.
-struct Recorded<'a> {
+/// What drives one chamber in one recording, whatever the axis is taken for.
+pub(super) struct Recorded<'a> {
+    side: Side,
     time_s: &'a [f64],
     command_v: &'a [f64],
-    own_pa: &'a [f64],
-    other_pa: &'a [f64],
-    supply_pa: &'a [f64],
+    own_pa: Vec<f64>,
+    other_pa: Vec<f64>,
+    supply_pa: Vec<f64>,
     motion: &'a Motion,
     /// The own pressure, smoothed, with its rate.
     rate: Motion,
@@ -149,12 +150,12 @@ impl Axis {
         self
     }
 
-    /// Both chambers of a recording.
-    pub(super) fn rows(
+    /// What drives both chambers in a recording.
+    pub(super) fn recorded<'t>(
         &self,
         values: &Values<'_, f64>,
-        track: &Track<'_>,
-    ) -> Result<[ChamberRows; 2], String> {
+        track: &'t Track<'_>,
+    ) -> Result<[Recorded<'t>; 2], String> {
         let recording = track.recording;
         let lacks = |signal: &str| format!("{}: signal {signal} is missing", recording.name);
         let signal = |name: &str| recording.signal(name).ok_or_else(|| lacks(name));
@@ -166,28 +167,31 @@ impl Axis {
             Ok(shown.map(|shown_pa| gauge.reads_pa(*shown_pa)).collect())
         };
         let [pressure_a_pa, pressure_b_pa] = [read(Side::A)?, read(Side::B)?];
-        let supply_pa = recording.signal("p_s");
-        let at = |row: usize| supply_pa.map_or(self.supply_pa, |supply_pa| supply_pa[row]);
-        let supply_pa: Vec<f64> = (0..recording.len()).map(at).collect();
+        let constant = || vec![self.supply_pa; recording.len()];
+        let supply_pa = recording
+            .signal("p_s")
+            .map_or_else(constant, <[f64]>::to_vec);
         Ok(Side::BOTH.map(|side| {
             let (own_pa, other_pa) = match side {
                 Side::A => (&pressure_a_pa, &pressure_b_pa),
                 Side::B => (&pressure_b_pa, &pressure_a_pa),
             };
-            let recorded = Recorded {
+            Recorded {
+                side,
                 time_s: &recording.time_s,
                 command_v,
-                own_pa,
-                other_pa,
-                supply_pa: &supply_pa,
+                own_pa: own_pa.clone(),
+                other_pa: other_pa.clone(),
+                supply_pa: supply_pa.clone(),
                 motion,
                 rate: Motion::with_half_width(&recording.time_s, own_pa, RATE_HALF_WIDTH),
-            };
-            self.chamber_rows(side, &recorded)
+            }
         }))
     }
 
-    fn chamber_rows(&self, side: Side, recorded: &Recorded<'_>) -> ChamberRows {
+    /// One chamber in a recording.
+    pub(super) fn rows(&self, recorded: &Recorded<'_>) -> ChamberRows {
+        let side = recorded.side;
         let chamber = &self.chambers[usize::from(side == Side::B)];
         let dead_volume_m3 = chamber.geometry.dead_volume_m3;
         let rows = recorded.time_s.len();
@@ -195,12 +199,12 @@ impl Axis {
             side,
             time_s: recorded.time_s.to_vec(),
             command_v: recorded.command_v.to_vec(),
-            pressure_pa: recorded.own_pa.to_vec(),
+            pressure_pa: recorded.own_pa.clone(),
             stroke_m3: Vec::with_capacity(rows),
             work_and_heat: Vec::with_capacity(rows),
             per_area: std::array::from_fn(|_| Vec::with_capacity(rows)),
             scale: scale(chamber),
-            noise_pa: white_noise(recorded.own_pa),
+            noise_pa: white_noise(&recorded.own_pa),
             dead_volume_m3,
             feeds_above_null: self.feeds_a_above_null == (side == Side::A),
         };

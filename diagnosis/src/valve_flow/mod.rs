@@ -26,7 +26,7 @@ mod text;
 use serde::Serialize;
 
 use areas::{Areas, Grid, Problem};
-use balance::{Axis, ChamberRows};
+use balance::{Axis, ChamberRows, Recorded};
 
 use crate::laws::Track;
 use crate::model::Values;
@@ -75,7 +75,8 @@ pub struct Point {
     pub opening_v: f64,
     /// Areas from the supply and to the exhaust, m2.
     pub area_m2: [f64; 2],
-    /// Their standard deviations, from leaving out one tenth of the time after the other, m2.
+    /// Their standard deviations, m2: from leaving out one tenth of the time after the other, and
+    /// what the balance itself is off by.
     pub deviation_m2: [f64; 2],
 }
 
@@ -95,10 +96,12 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<ValveFlow, String> {
     let valve = rig.valve.as_ref().ok_or("the rig file has no [valve]")?;
     let full_v = valve.opening_v.last().copied().unwrap_or(FULL_V);
     let full_m2 = valve.supply_area_m2.last().copied().unwrap_or_default();
+    let axis = Axis::of(&values)?;
+    let recorded = tracks.iter().map(|track| axis.recorded(&values, track));
+    let recorded: Vec<[Recorded<'_>; 2]> = recorded.collect::<Result<_, String>>()?;
     let mut search = Search {
-        axis: Axis::of(&values)?,
-        values: &values,
-        tracks,
+        axis,
+        recorded: recorded.into_iter().flatten().collect(),
         null_v: valve.null_v,
         slope_m2_v: full_m2 / full_v,
         at: Alignment {
@@ -106,11 +109,11 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<ValveFlow, String> {
             lag_s: 0.0,
         },
     };
-    search.align()?;
-    let (_, areas) = search.areas(COARSE_V)?;
+    search.align();
+    let (_, areas) = search.areas(COARSE_V);
     search.axis = search.axis.with_dead_volumes(areas.dead_volume_m3);
-    search.align()?;
-    let (grid, areas) = search.areas(FINE_V)?;
+    search.align();
+    let (grid, areas) = search.areas(FINE_V);
     Ok(points::measured(
         &grid,
         &areas,
@@ -122,8 +125,7 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<ValveFlow, String> {
 /// What is searched about the linear problem.
 struct Search<'a> {
     axis: Axis,
-    values: &'a Values<'a, f64>,
-    tracks: &'a [Track<'a>],
+    recorded: Vec<Recorded<'a>>,
     /// The rig's null, V.
     null_v: f64,
     slope_m2_v: f64,
@@ -131,16 +133,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn rows(&self, axis: &Axis) -> Result<Vec<ChamberRows>, String> {
-        let both = self
-            .tracks
-            .iter()
-            .map(|track| axis.rows(self.values, track));
-        Ok(both
-            .collect::<Result<Vec<_>, String>>()?
-            .into_iter()
-            .flatten()
-            .collect())
+    fn rows(&self, axis: &Axis) -> Vec<ChamberRows> {
+        self.recorded.iter().map(|one| axis.rows(one)).collect()
     }
 
     fn grid(&self, rows: &[ChamberRows], finest_v: f64) -> Grid {
@@ -152,8 +146,8 @@ impl Search<'_> {
     }
 
     /// Lag, null and critical pressure ratio of the least misfit.
-    fn align(&mut self) -> Result<(), String> {
-        let rows = self.rows(&self.axis)?;
+    fn align(&mut self) {
+        let rows = self.rows(&self.axis);
         let grid = self.grid(&rows, COARSE_V);
         let dead_volumes_m3 = self.axis.dead_volumes_m3();
         let misfit =
@@ -169,20 +163,16 @@ impl Search<'_> {
             });
         }
         let at = self.at;
-        let of_ratio = |ratio: f64| {
-            let rows = self.rows(&self.axis.clone().with_critical_pressure_ratio(ratio));
-            rows.map_or(f64::INFINITY, |rows| misfit(&rows, at))
-        };
-        let ratio = least(CRITICAL_RATIOS, of_ratio);
-        self.axis = self.axis.clone().with_critical_pressure_ratio(ratio);
-        Ok(())
+        let with_ratio = |ratio: f64| self.axis.clone().with_critical_pressure_ratio(ratio);
+        let of_ratio = |ratio: f64| misfit(&self.rows(&with_ratio(ratio)), at);
+        self.axis = with_ratio(least(CRITICAL_RATIOS, of_ratio));
     }
 
-    fn areas(&self, finest_v: f64) -> Result<(Grid, Areas), String> {
-        let rows = self.rows(&self.axis)?;
+    fn areas(&self, finest_v: f64) -> (Grid, Areas) {
+        let rows = self.rows(&self.axis);
         let grid = self.grid(&rows, finest_v);
         let areas = Problem::new(&grid, self.axis.dead_volumes_m3(), &rows, self.at).solved();
-        Ok((grid, areas))
+        (grid, areas)
     }
 }
 

@@ -45,7 +45,7 @@ impl Rig {
                 set(document.as_table_mut(), path, entry);
             }
         }
-        if states_flow(&original) && !states_flow(improved) {
+        if original.states_flow() && !improved.states_flow() {
             rename_deviations(&mut document, &original, improved);
         }
         with_line_ends_of(bare, &document.to_string())
@@ -60,12 +60,6 @@ impl Rig {
         let text = read_text(path, &name, "a rig file")?;
         Ok(Self::edited(&text, improved))
     }
-}
-
-fn states_flow(rig: &Rig) -> bool {
-    rig.valve
-        .as_ref()
-        .is_some_and(|valve| valve.stated_flow.is_some())
 }
 
 /// `toml_edit` writes line feeds; a file of carriage returns keeps them.
@@ -94,7 +88,7 @@ fn entries(rig: &Rig) -> BTreeMap<Path, Entry> {
             add(&[section, key], Entry::Word(choice.words[word].into()));
         }
     }
-    let stated = states_flow(rig);
+    let stated = rig.states_flow();
     for number in NUMBERS {
         let follows = stated && number.name == CRITICAL_RATIO;
         if let (Some(value), Some((section, key)), false) =

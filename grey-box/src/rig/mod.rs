@@ -383,6 +383,12 @@ pub struct Horizon {
 }
 
 impl Rig {
+    /// Whether `[valve]` states the flow of a data sheet, and no areas over the opening.
+    pub fn states_flow(&self) -> bool {
+        let valve = self.valve.as_ref();
+        valve.is_some_and(|valve| valve.stated_flow.is_some())
+    }
+
     /// Ambient pressure, Pa absolute: of the file, or the standard one.
     pub fn ambient_pressure_pa(&self) -> f64 {
         self.environment

@@ -49,7 +49,8 @@ pub fn valve_flow_page(rig: &Rig, valve: &ValveFlow) -> Page {
         "A chamber of known volume is a flow meter: what flows in is what its pressure, its volume and \
          its heat exchange account for. The areas follow from all recordings together by non-negative \
          least squares, beside the dead volumes and a leak past the piston. The band is two standard \
-         deviations, from leaving out one tenth of the time after the other."
+         deviations, from leaving out one tenth of the time after the other and from what heat, volumes \
+         and motion leave in the balance."
     ));
     page
 }

@@ -8,11 +8,11 @@ use serde::Serialize;
 
 use super::CommandError;
 use super::inputs::{
-    bad_input, laws, provenance, read_recordings, read_rig, remarks_on_rig, spinner, with_remarks,
+    bad_input, laws, names, provenance, read_recordings, read_rig, say_remarks, spinner,
+    with_remarks,
 };
 use super::outputs::{check_outputs, write_json, write_page};
 use crate::laws::Track;
-use crate::recording::Recording;
 use diagnosis::compare::{LawComparison, compare_law};
 
 /// Predict recordings with the rig as given and show where they part.
@@ -53,15 +53,7 @@ pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), Comm
     let laws = laws(&rig)?;
     let recordings = read_recordings(&arguments.recordings, &rig)?;
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-    let mut remarks = remarks_on_rig(&rig);
-    let read = recordings.iter();
-    remarks.extend(
-        read.flat_map(Recording::named_remarks)
-            .map(|one| format!("note: {one}")),
-    );
-    for remark in &remarks {
-        writeln!(out, "{remark}")?;
-    }
+    let remarks = say_remarks(&rig, &recordings, out)?;
     let mut compared: Vec<LawComparison> = Vec::new();
     for law in laws {
         let bar = spinner();
@@ -79,7 +71,7 @@ pub fn run(arguments: &CompareArguments, out: &mut dyn Write) -> Result<(), Comm
         let content = CompareFile {
             format: "compare/1",
             rig: arguments.rig.display().to_string(),
-            recordings: recordings.iter().map(|one| one.name.as_str()).collect(),
+            recordings: names(&recordings),
             laws: &compared,
             remarks: &remarks,
         };

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::CommandError;
 use super::inputs::{
-    bad_input, check_apart, laws, provenance, read_recordings, read_rig, remarks_on_rig, spinner,
-    with_remarks,
+    bad_input, check_apart, laws, names, provenance, read_recordings, read_rig, say_remarks,
+    spinner, with_remarks,
 };
 use super::outputs::{check_outputs, write_json, write_page, write_text};
 use crate::laws::Track;
@@ -89,15 +89,7 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
     let held_tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     let free = free_parameters(&rig, &laws, &train_tracks, &requests).map_err(bad_input)?;
     writeln!(out, "{}", headline(&train, &held_out))?;
-    let mut remarks = remarks_on_rig(&given);
-    let read = train.iter().chain(&held_out);
-    remarks.extend(
-        read.flat_map(Recording::named_remarks)
-            .map(|one| format!("note: {one}")),
-    );
-    for remark in &remarks {
-        writeln!(out, "{remark}")?;
-    }
+    let remarks = say_remarks(&given, train.iter().chain(&held_out), out)?;
     let mut fits: Vec<LawFit> = Vec::new();
     for (&law, free) in laws.iter().zip(free) {
         if free.is_empty() {
@@ -191,10 +183,6 @@ fn headline(train: &[Recording], held_out: &[Recording]) -> String {
         line.push_str(&format!("; held out: {}", names(held_out).join(", ")));
     }
     line
-}
-
-fn names(recordings: &[Recording]) -> Vec<&str> {
-    recordings.iter().map(|one| one.name.as_str()).collect()
 }
 
 /// The improved rig file, and what is wrong with it should it not read back.

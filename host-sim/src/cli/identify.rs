@@ -8,12 +8,11 @@ use serde::Serialize;
 
 use super::CommandError;
 use super::inputs::{
-    bad_input, provenance, read_recordings, read_rig, remarks_on_rig, with_remarks,
+    bad_input, names, provenance, read_recordings, read_rig, say_remarks, with_remarks,
 };
 use super::outputs::{check_outputs, write_json, write_page, write_text};
 use crate::charts;
 use crate::laws::Track;
-use crate::recording::Recording;
 use crate::recording_set;
 use crate::rig::Rig;
 use diagnosis::valve_flow::{self, ValveFlow};
@@ -84,22 +83,16 @@ fn valve_flow(arguments: &ValveFlowArguments, out: &mut dyn Write) -> Result<(),
     let rig = read_rig(&arguments.rig)?;
     let mut recordings = read_recordings(&arguments.recordings, &rig)?;
     recording_set::sort(&mut recordings);
-    let mut remarks = remarks_on_rig(&rig);
-    let read = recordings.iter().flat_map(Recording::named_remarks);
-    remarks.extend(read.map(|one| format!("note: {one}")));
-    for remark in &remarks {
-        writeln!(out, "{remark}")?;
-    }
+    let remarks = say_remarks(&rig, &recordings, out)?;
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
     let valve = valve_flow::measure(&rig, &tracks).map_err(bad_input)?;
     write!(out, "{valve}")?;
     out.flush()?;
     if let Some(path) = &arguments.improved_rig {
         let edited = Rig::edited_file(&arguments.rig, &valve.applied(&rig)).map_err(bad_input)?;
-        let names: Vec<&str> = recordings.iter().map(|one| one.name.as_str()).collect();
         let source = format!(
             "# [valve] and the dead volumes were measured by `pneuma identify valve-flow` in {}.\n",
-            names.join(", ")
+            names(&recordings).join(", ")
         );
         write_text(path, &(source + &edited))?;
     }
@@ -107,7 +100,7 @@ fn valve_flow(arguments: &ValveFlowArguments, out: &mut dyn Write) -> Result<(),
         let content = ValveFlowFile {
             format: "valve-flow/1",
             rig: arguments.rig.display().to_string(),
-            recordings: recordings.iter().map(|one| one.name.as_str()).collect(),
+            recordings: names(&recordings),
             valve: &valve,
             remarks: &remarks,
         };

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -146,6 +146,27 @@ pub(super) fn remarks_on_rig(rig: &Rig) -> Vec<String> {
     let assumed = needs::assumed(rig);
     let assumed = assumed.iter().map(|one| format!("assumed: {one}"));
     lacks.chain(assumed).collect()
+}
+
+/// Says what is to be said of a rig and of how its recordings were read, before any work.
+pub(super) fn say_remarks<'r>(
+    rig: &Rig,
+    recordings: impl IntoIterator<Item = &'r Recording>,
+    out: &mut dyn Write,
+) -> io::Result<Vec<String>> {
+    let mut remarks = remarks_on_rig(rig);
+    let read = recordings.into_iter();
+    let read = read.flat_map(Recording::named_remarks);
+    remarks.extend(read.map(|one| format!("note: {one}")));
+    for remark in &remarks {
+        writeln!(out, "{remark}")?;
+    }
+    Ok(remarks)
+}
+
+/// The recordings' names.
+pub(super) fn names(recordings: &[Recording]) -> Vec<&str> {
+    recordings.iter().map(|one| one.name.as_str()).collect()
 }
 
 fn no_law(rig: &Rig) -> String {

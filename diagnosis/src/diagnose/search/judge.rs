@@ -267,7 +267,7 @@ impl<'a> Judge<'a> {
         let folds = mine[helped].beside(&theirs[helped]).count();
         let at_bound = self.stands_on_bound(with, candidate);
         let is_sampling = self.is_sampling(with, candidate);
-        let is_negligible = self.is_negligible(with, candidate);
+        let is_negligible = self.bench.is_negligible(with, candidate);
         let is_told = !is_sampling && !is_negligible;
         let gain = log_gain(&mine[helped], &theirs[helped]);
         // A wrong effect nibbles at what the form of another leaves, but hardly down to the
@@ -350,15 +350,6 @@ impl<'a> Judge<'a> {
     fn is_chance(&self, with: &Fitted, without: &Fitted) -> bool {
         let more = with.shared.saturating_sub(without.shared);
         is_by_chance(self.bench.squared_at_events([without, with]), more)
-    }
-
-    /// Whether an effect is smaller than what matters, in every number that has such a mark.
-    fn is_negligible(&self, model: &Fitted, candidate: usize) -> bool {
-        let marks = &self.bench.candidates[candidate].marks;
-        let is_small = |(key, mark): &(String, Mark)| {
-            model.value(key).is_none_or(|size| mark.leaves_out(size))
-        };
-        !marks.is_empty() && marks.iter().all(is_small)
     }
 
     /// Whether an effect that is nothing but a shift in time is no more than the
