@@ -1,11 +1,10 @@
 //! What the pressure gauge of a chamber shows.
 
+use crate::effects::sensing::{gauge_gain, pressure_sensor_offset, unknown_reading};
 use crate::model::{Side, Values};
 use model_core::left_out::{KNOTS, over_knots};
 use model_core::real::Real;
 
-/// The effect of a gauge whose error goes with the pressure.
-const OVER_PRESSURE: &str = "unknown-reading";
 /// Steps from what is shown back to the pressure: an error that changes by a tenth of the
 /// pressure is left to one part in ten thousand of itself, one by a thirtieth to a millionth.
 const STEPS_BACK: usize = 4;
@@ -22,37 +21,16 @@ pub struct Gauge<R> {
 }
 
 /// Keys of the gains of both gauges.
-pub const GAIN_KEYS: [&str; 2] = [gain_key(Side::A), gain_key(Side::B)];
-
-/// Key of the gain of a chamber's gauge.
-pub const fn gain_key(side: Side) -> &'static str {
-    match side {
-        Side::A => "chambers.gauge_gain_a",
-        Side::B => "chambers.gauge_gain_b",
-    }
-}
-
-/// Key of the error at a knot of a gauge's table.
-pub fn error_key(side: Side, knot: usize) -> String {
-    format!("error_{}_{knot}_Pa", side.letter())
-}
+pub const GAIN_KEYS: [&str; 2] = [Side::A.gauge_gain_key(), Side::B.gauge_gain_key()];
 
 impl<R: Real> Gauge<R> {
     /// Of a rig.
     pub fn of(values: &Values<'_, R>, side: Side) -> Self {
-        let offset = format!("offset_{}_Pa", side.letter());
-        let gain_error = format!("gain_error_{}", side.letter());
-        let number = |key: &str, neutral| values.effect(OVER_PRESSURE, key, neutral);
-        let error_pa = || {
-            let at_knot = |knot| number(&error_key(side, knot), 0.0);
-            let errors_pa: [R; KNOTS] = std::array::from_fn(at_knot);
-            (number("from", 0.0), number("to", 1e6), errors_pa)
-        };
         Self {
-            gain: values.get_or(gain_key(side), 1.0)
-                * (values.effect("gauge-gain", &gain_error, 0.0) + R::ONE),
-            offset_pa: values.effect("pressure-sensor-offset", &offset, 0.0),
-            error_pa: values.holds(OVER_PRESSURE).then(error_pa),
+            gain: values.get_or(side.gauge_gain_key(), 1.0)
+                * (gauge_gain::gain_error(values, side) + R::ONE),
+            offset_pa: pressure_sensor_offset::offset_pa(values, side),
+            error_pa: unknown_reading::law(values, side),
         }
     }
 
@@ -81,6 +59,7 @@ impl<R: Real> Gauge<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::sensing::unknown_reading::error_key;
     use crate::rig::Rig;
 
     /// Three hundredths too much, and bowed.

@@ -4,8 +4,21 @@
 //! which parameter. Structure comes from the [`Rig`], numbers from [`Values`]:
 //! the rig's own, some of them replaced by those a fit is trying.
 
-use crate::effects;
+use crate::effects::Numbers;
+use crate::effects::flow::{
+    chamber_leakage, exhaust_back_pressure, piston_leakage, slew_limit, spool_dynamics,
+    supply_droop, tube_line, unknown_opening, valve_delay, valve_hysteresis,
+};
+use crate::effects::friction::{
+    coulomb, direction_dependent, dwell_stiction, position_dependent, pressure_dependent, stribeck,
+    viscous,
+};
+use crate::effects::gas::{dead_volume, gas_temperature, variable_heat_transfer, wall_temperature};
+use crate::effects::load::{
+    constant_force, end_cushion, load_backlash, load_compliance, unknown_force,
+};
 use crate::rig::{ChamberModel, Exhausts, FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA};
+pub use crate::side::Side;
 use crate::units::STANDARD_GRAVITY_M_S2;
 use model_core::axis::{Axis, CommandPath, Pneumatics};
 use model_core::carriage::Carriage;
@@ -13,77 +26,12 @@ use model_core::chamber::{Chamber, ChamberGeometry, ThermalModel};
 use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
-    CarriageEffects, ChamberLeakage, DirectionDependentFriction, DwellStiction, ElasticBuffer,
-    EndCushion, ExhaustBackPressure, FORGETTING_WAY_M, ForceVariable, FrictionTerms, KNOTS,
-    LoadCoupling, PistonLeakage, PositionDependentFriction, SlewLimit, SpoolDynamics, SupplyDroop,
-    TubeLine, UnknownForce, ValveDelay, ValveHysteresis, VariableHeatTransfer, WallTemperature,
-    knots, over_knots,
+    CarriageEffects, ChamberLeakage, ElasticBuffer, FrictionTerms, LoadCoupling, PistonLeakage,
+    over_knots,
 };
 use model_core::paper;
 use model_core::real::Real;
 use model_core::valve::{AreaTable, FlowLaw, GasState, TABLE_CAPACITY, TableFault, Valve};
-
-/// Key of the force at a knot of an unknown force's table.
-pub fn force_key(knot: usize) -> String {
-    format!("force_{knot}_N")
-}
-
-/// Key of the shift at a knot of an unknown opening's table.
-pub fn shift_key(knot: usize) -> String {
-    format!("shift_{knot}_V")
-}
-
-/// Where the knots of an unknown opening's table lie, V: evenly over the opening's root, as most
-/// commands open a little and few altogether.
-pub fn opening_knots<R: Real>(from: R, to: R) -> [R; KNOTS] {
-    knots(from.sqrt(), to.sqrt()).map(|root| root * root)
-}
-
-/// Which chamber.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Side {
-    /// Chamber a, which +x enlarges.
-    A,
-    /// Chamber b.
-    B,
-}
-
-impl Side {
-    /// Both.
-    pub const BOTH: [Self; 2] = [Self::A, Self::B];
-
-    /// "a" or "b", as in keys and signals.
-    pub fn letter(self) -> char {
-        match self {
-            Self::A => 'a',
-            Self::B => 'b',
-        }
-    }
-
-    /// The pressure signal's name.
-    pub fn pressure_signal(self) -> &'static str {
-        match self {
-            Self::A => "p_a",
-            Self::B => "p_b",
-        }
-    }
-
-    /// The place of its gauge in a verdict.
-    pub fn gauge_place(self) -> &'static str {
-        match self {
-            Self::A => "sensor.p_a",
-            Self::B => "sensor.p_b",
-        }
-    }
-
-    /// The place in a verdict.
-    pub fn place(self) -> &'static str {
-        match self {
-            Self::A => "chamber-a",
-            Self::B => "chamber-b",
-        }
-    }
-}
 
 /// Why a rig is no whole axis: the key to add or to change.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -146,6 +94,21 @@ impl<'a> Values<'a, f64> {
     }
 }
 
+impl<R: Real> Numbers<R> for Values<'_, R> {
+    fn stated(&self, key: &str) -> Option<R> {
+        self.get(key)
+    }
+
+    fn holds(&self, effect: &str) -> bool {
+        let of_effect = |key: &String| {
+            let key = key.strip_prefix("effects.");
+            let key = key.and_then(|key| key.strip_prefix(effect));
+            key.is_some_and(|parameter| parameter.starts_with('.'))
+        };
+        self.rig.effects.contains_key(effect) || self.keys.iter().any(of_effect)
+    }
+}
+
 impl<R: Real> Values<'_, R> {
     /// The number at `section.key`, if the rig or a replacement has it.
     pub fn get(&self, key: &str) -> Option<R> {
@@ -158,25 +121,6 @@ impl<R: Real> Values<'_, R> {
     /// The same, or a default.
     pub fn get_or(&self, key: &str, default: f64) -> R {
         self.get(key).unwrap_or_else(|| R::from_f64(default))
-    }
-
-    /// An effect's parameter; `neutral` where the effect is not modelled.
-    pub fn effect(&self, effect: &str, parameter: &str, neutral: f64) -> R {
-        debug_assert!(
-            effects::is_catalogued(effect, parameter, neutral),
-            "{effect}.{parameter} = {neutral} is not so in the catalogue"
-        );
-        self.get_or(&format!("effects.{effect}.{parameter}"), neutral)
-    }
-
-    /// Whether an effect has any parameter, if perhaps a neutral one.
-    pub fn holds(&self, effect: &str) -> bool {
-        let of_effect = |key: &String| {
-            let key = key.strip_prefix("effects.");
-            let key = key.and_then(|key| key.strip_prefix(effect));
-            key.is_some_and(|parameter| parameter.starts_with('.'))
-        };
-        self.rig.effects.contains_key(effect) || self.keys.iter().any(of_effect)
     }
 
     /// The gas; air where the rig says nothing.
@@ -213,7 +157,7 @@ impl<R: Real> Values<'_, R> {
     /// The valve, where the rig has one.
     pub fn valve(&self) -> Option<Result<Valve<R>, TableFault>> {
         let valve = self.rig.valve.as_ref()?;
-        let shift = self.shift_of_openings();
+        let shift = unknown_opening::law(self);
         let stretch = self.get_or("valve.opening_V", 1.0);
         let edge_v = self.get("valve.edge_V");
         let exhaust_later_v = self.get_or("valve.exhaust_shift_V", 0.0) / stretch;
@@ -223,7 +167,7 @@ impl<R: Real> Values<'_, R> {
             if let Some((from, to, shifts_v)) = shift {
                 let off_by_v =
                     |opening_v: R| over_knots(from.sqrt(), to.sqrt(), &shifts_v, opening_v.sqrt());
-                table.open_elsewhere(&opening_knots(from, to), off_by_v);
+                table.open_elsewhere(&unknown_opening::opening_knots(from, to), off_by_v);
             }
             let mut table = table.curved(edge_v, roundness).later(later_v);
             table.opening_stretch = stretch;
@@ -246,57 +190,15 @@ impl<R: Real> Values<'_, R> {
         Some(build())
     }
 
-    /// What recordings asked the valve's openings to be off by: first and last knot, V, and the
-    /// shift at each, V; `None` where by nothing.
-    fn shift_of_openings(&self) -> Option<(R, R, [R; KNOTS])> {
-        if !self.holds("unknown-opening") {
-            return None;
-        }
-        let number = |key: &str, neutral| self.effect("unknown-opening", key, neutral);
-        let shifts_v: [R; KNOTS] = std::array::from_fn(|knot| number(&shift_key(knot), 0.0));
-        let is_off = shifts_v.iter().any(|shift_v| *shift_v != R::ZERO);
-        is_off.then(|| (number("from", 0.0), number("to", 1.0), shifts_v))
-    }
-
     /// The path from command to spool, for steps of `dt_s`.
     pub fn command_path(&self, dt_s: f64) -> CommandPath<R> {
         CommandPath::new(
-            self.valve_delay(),
-            self.hysteresis(),
-            self.slew_limit(),
-            &self.spool_dynamics(),
+            valve_delay::law(self),
+            valve_hysteresis::law(self),
+            slew_limit::law(self),
+            &spool_dynamics::law(self),
             R::from_f64(dt_s),
         )
-    }
-
-    /// Motion of the spool.
-    pub fn spool_dynamics(&self) -> SpoolDynamics<R> {
-        SpoolDynamics {
-            natural_frequency_hz: self.effect("spool-dynamics", "natural_frequency_Hz", 0.0),
-            damping_ratio: self.effect("spool-dynamics", "damping_ratio", 0.7),
-        }
-    }
-
-    /// Dead time of the command.
-    pub fn valve_delay(&self) -> ValveDelay<R> {
-        ValveDelay {
-            delay_s: self.effect("valve-delay", "delay_s", 0.0),
-        }
-    }
-
-    /// Play between command and spool or stem.
-    pub fn hysteresis(&self) -> ValveHysteresis<R> {
-        ValveHysteresis {
-            width: self.effect("valve-hysteresis", "width", 0.0),
-        }
-    }
-
-    /// The slew limit of valve or stem.
-    pub fn slew_limit(&self) -> SlewLimit<R> {
-        SlewLimit {
-            rising_per_s: self.effect("slew-limit", "rising_per_s", 0.0),
-            falling_per_s: self.effect("slew-limit", "falling_per_s", 0.0),
-        }
     }
 
     /// One chamber, where the rig says enough of its geometry.
@@ -305,52 +207,23 @@ impl<R: Real> Values<'_, R> {
             gas: self.gas(),
             geometry: self.geometry(side)?,
             thermal: self.thermal_model(),
-            temperature_memory: self.side_effect("gas-temperature-dynamics", "memory", side),
+            temperature_memory: gas_temperature::memory(self, side),
             heat_transfer_charging_w_per_m2_k: self
                 .get_or("chambers.heat_transfer_charging_W_m2K", 0.0),
             heat_transfer_discharging_w_per_m2_k: self
                 .get_or("chambers.heat_transfer_discharging_W_m2K", 0.0),
-            wall_conductance_w_per_k: self.side_effect(
-                "gas-temperature-dynamics",
-                "conductance_{}_W_K",
-                side,
-            ),
+            wall_conductance_w_per_k: gas_temperature::conductance_w_k(self, side),
             wall_temperature_k: self.ambient().temperature_k,
-            wall: self.wall(),
-            heat_variation: VariableHeatTransfer {
-                density_exponent: self.effect("variable-heat-transfer", "density_exponent", 0.0),
-                flow_w_per_m2_k: self.effect("variable-heat-transfer", "flow_W_m2K", 0.0),
-            },
+            wall: wall_temperature::law(self),
+            heat_variation: variable_heat_transfer::law(self),
         })
-    }
-
-    /// The wall of either chamber.
-    pub fn wall(&self) -> WallTemperature<R> {
-        WallTemperature {
-            offset_k: self.effect("wall-temperature", "offset_K", 0.0),
-            heat_capacity_j_per_k: self.effect("wall-temperature", "heat_capacity_J_K", 0.0),
-            outer_w_per_k: self.effect("wall-temperature", "outer_W_K", 0.0),
-        }
     }
 
     /// Whether the chamber's gas temperature is a state of its own. In a reduced
     /// model it follows from the pressure, and its start means nothing.
     pub fn has_temperature_state(&self, side: Side) -> bool {
         let balance = matches!(self.thermal_model(), ThermalModel::EnergyBalance);
-        let memory = self.side_effect("gas-temperature-dynamics", "memory", side);
-        balance || memory.value() > 0.0
-    }
-
-    /// An effect's parameter that each chamber has its own of: `name_a_unit` is
-    /// written with the side in the place of `{}`, or at the end.
-    fn side_effect(&self, effect: &str, parameter: &str, side: Side) -> R {
-        let letter = side.letter().to_string();
-        let name = if parameter.contains("{}") {
-            parameter.replace("{}", &letter)
-        } else {
-            format!("{parameter}_{letter}")
-        };
-        self.effect(effect, &name, 0.0)
+        balance || gas_temperature::memory(self, side).value() > 0.0
     }
 
     /// Geometry of a chamber, where the rig says enough of it.
@@ -373,7 +246,7 @@ impl<R: Real> Values<'_, R> {
         Some(ChamberGeometry {
             area_m2,
             dead_volume_m3: self.get(&format!("cylinder.dead_volume_{letter}_m3"))?
-                + self.side_effect("dead-volume", "volume_{}_m3", side),
+                + dead_volume::volume_m3(self, side),
             length_at_zero_m,
             length_per_position,
             bore_m: self
@@ -405,14 +278,7 @@ impl<R: Real> Values<'_, R> {
 
     /// The leak of one chamber.
     pub fn leak(&self, side: Side) -> ChamberLeakage<R> {
-        ChamberLeakage {
-            laminar_kg_per_s_pa2: self.side_effect("chamber-leakage", "laminar_{}_kg_s_Pa2", side),
-            orifice_area_m2: self.leak_area_m2(self.side_effect(
-                "chamber-leakage",
-                "orifice_{}_m2",
-                side,
-            )),
-        }
+        chamber_leakage::law(self, side, |stated_m2| self.leak_area_m2(stated_m2))
     }
 
     /// The area of a leak's hole. Where a rig has no valve it says nothing of a discharge, and its
@@ -427,24 +293,7 @@ impl<R: Real> Values<'_, R> {
 
     /// The leak past the piston.
     pub fn piston_leak(&self) -> PistonLeakage<R> {
-        PistonLeakage {
-            laminar_kg_per_s_pa2: self.effect("piston-leakage", "laminar_kg_s_Pa2", 0.0),
-            orifice_area_m2: self.leak_area_m2(self.effect("piston-leakage", "orifice_m2", 0.0)),
-        }
-    }
-
-    /// The tank between regulator and valve.
-    pub fn supply_droop(&self) -> SupplyDroop<R> {
-        SupplyDroop {
-            tank_volume_m3: self.effect("supply-droop", "tank_volume_m3", 0.0),
-            feed_area_m2: self.effect("supply-droop", "feed_area_m2", 1e-5),
-        }
-    }
-
-    /// Whether the gauge of the supply shows the regulator's pressure and not the tank's.
-    pub fn gauge_before_feed(&self) -> bool {
-        let gauge = self.effect("supply-droop", "gauge_before_feed", 0.0);
-        gauge.value() > 0.5
+        piston_leakage::law(self, |stated_m2| self.leak_area_m2(stated_m2))
     }
 
     /// Both chambers with leaks and tubes. Where the rig describes one chamber
@@ -459,24 +308,15 @@ impl<R: Real> Values<'_, R> {
             leak_a: self.leak(Side::A),
             leak_b: self.leak(Side::B),
             piston_leak: self.piston_leak(),
-            tube: TubeLine {
-                length_m: self.effect("tube-line", "length_m", 0.0),
-                diameter_m: self.effect("tube-line", "diameter_m", 0.004),
-            },
-            supply_droop: self.supply_droop(),
-            back_pressure: ExhaustBackPressure {
-                silencer_area_m2: self.effect("exhaust-back-pressure", "silencer_area_m2", 0.0),
-                volume_m3: self.effect("exhaust-back-pressure", "volume_m3", 2e-5),
-            },
+            tube: tube_line::law(self),
+            supply_droop: supply_droop::law(self),
+            back_pressure: exhaust_back_pressure::law(self),
             separate_exhausts: self
                 .rig
                 .valve
                 .as_ref()
                 .is_some_and(|valve| valve.exhausts == Some(Exhausts::Two)),
-            cushion: EndCushion {
-                length_m: self.effect("end-cushion", "length_m", 0.0),
-                needle_area_m2: self.effect("end-cushion", "needle_area_m2", 1e-6),
-            },
+            cushion: end_cushion::needles(self),
         })
     }
 
@@ -486,9 +326,8 @@ impl<R: Real> Values<'_, R> {
             "friction.bristle_stiffness_N_m",
             paper::BRISTLE_STIFFNESS_N_PER_M,
         );
-        let key = "effects.coulomb-friction.bristle_stiffness_N_m";
         Bristle {
-            stiffness_n_per_m: self.get(key).unwrap_or(declared),
+            stiffness_n_per_m: coulomb::bristle_stiffness_n_m(self).unwrap_or(declared),
             damping_n_s_per_m: self.get_or("friction.bristle_damping_Ns_m", 0.0),
             stribeck_velocity_m_per_s: self.get_or(
                 "friction.stribeck_velocity_m_s",
@@ -509,26 +348,15 @@ impl<R: Real> Values<'_, R> {
 
     /// Friction and load terms that the model leaves out.
     pub fn friction_terms(&self) -> FrictionTerms<R> {
+        let [per_mean, per_difference, static_rise] = pressure_dependent::growth_n_pa(self);
         FrictionTerms {
-            coulomb_n: self.effect("coulomb-friction", "coulomb_N", 0.0),
-            stribeck_n: self.effect("stribeck-friction", "static_excess_N", 0.0),
-            viscous_n_s_per_m: self.effect("viscous-friction", "viscous_Ns_m", 0.0),
-            per_mean_pressure_n_per_pa: self.effect(
-                "pressure-dependent-friction",
-                "per_mean_pressure_N_Pa",
-                0.0,
-            ),
-            per_pressure_difference_n_per_pa: self.effect(
-                "pressure-dependent-friction",
-                "per_pressure_difference_N_Pa",
-                0.0,
-            ),
-            static_rise_per_mean_pressure_n_per_pa: self.effect(
-                "pressure-dependent-friction",
-                "static_rise_per_mean_pressure_N_Pa",
-                0.0,
-            ),
-            constant_force_n: self.effect("constant-force", "force_N", 0.0),
+            coulomb_n: coulomb::coulomb_n(self),
+            stribeck_n: stribeck::static_excess_n(self),
+            viscous_n_s_per_m: viscous::viscous_n_s_m(self),
+            per_mean_pressure_n_per_pa: per_mean,
+            per_pressure_difference_n_per_pa: per_difference,
+            static_rise_per_mean_pressure_n_per_pa: static_rise,
+            constant_force_n: constant_force::force_n(self),
         }
     }
 
@@ -572,85 +400,31 @@ impl<R: Real> Values<'_, R> {
     /// What the carriage's own motion leaves out.
     pub fn carriage_effects(&self) -> CarriageEffects<R> {
         CarriageEffects {
-            position_friction: self.position_friction(),
-            direction_friction: DirectionDependentFriction {
-                asymmetry: self.effect("direction-dependent-friction", "asymmetry", 0.0),
-                viscous_asymmetry: self.effect(
-                    "direction-dependent-friction",
-                    "viscous_asymmetry",
-                    0.0,
-                ),
-            },
-            dwell_stiction: DwellStiction {
-                rise_n: self.effect("dwell-stiction", "rise_N", 0.0),
-                time_constant_s: self.effect("dwell-stiction", "time_constant_s", 1.0),
-                forgetting_way_m: self.effect(
-                    "dwell-stiction",
-                    "forgetting_way_m",
-                    FORGETTING_WAY_M,
-                ),
-            },
+            position_friction: position_dependent::law(self),
+            direction_friction: direction_dependent::law(self),
+            dwell_stiction: dwell_stiction::law(self),
             load: self.load_coupling(),
             elastic_buffer: self.elastic_buffer(),
-            unknown_force: self.unknown_force(),
-        }
-    }
-
-    fn position_friction(&self) -> PositionDependentFriction<R> {
-        let number = |key, neutral| self.effect("position-dependent-friction", key, neutral);
-        PositionDependentFriction {
-            cosine: number("cosine", 0.0),
-            sine: number("sine", 0.0),
-            wavelength_m: number("wavelength_m", 0.1),
-            slope_per_m: number("slope_per_m", 0.0),
-            curvature_per_m2: number("curvature_per_m2", 0.0),
+            unknown_force: unknown_force::law(self),
         }
     }
 
     /// The load with its play where it has one, else the load without.
     fn load_coupling(&self) -> LoadCoupling<R> {
-        let coupling = |effect, gap_m| LoadCoupling {
-            load_mass_kg: self.effect(effect, "load_mass_kg", 0.0),
-            stiffness_n_per_m: self.effect(effect, "stiffness_N_m", 0.0),
-            damping_n_s_per_m: self.effect(effect, "damping_Ns_m", 0.0),
-            gap_m,
-        };
-        let gap_m = self.effect("load-backlash", "gap_m", 0.0);
-        let with_play = coupling("load-backlash", gap_m);
+        let with_play = load_backlash::law(self);
         if with_play.is_neutral() {
-            coupling("load-compliance", R::ZERO)
+            load_compliance::law(self)
         } else {
             with_play
-        }
-    }
-
-    fn unknown_force(&self) -> UnknownForce<R> {
-        let number = |key: &str, neutral| self.effect("unknown-force", key, neutral);
-        UnknownForce {
-            over: if number("of_velocity", 0.0).value() > 0.5 {
-                ForceVariable::Velocity
-            } else {
-                ForceVariable::Position
-            },
-            from: number("from", -1.0),
-            to: number("to", 1.0),
-            at_knot_n: std::array::from_fn(|knot| number(&force_key(knot), 0.0)),
         }
     }
 
     /// The buffers at the ends of the stroke; none where the rig does not say
     /// where the stroke ends.
     fn elastic_buffer(&self) -> ElasticBuffer<R> {
-        let number = |key| self.effect("end-cushion", key, 0.0);
-        let Some(ends_m) = self.stroke_ends_m() else {
-            return ElasticBuffer::NEUTRAL;
-        };
-        let length_m = number("buffer_length_m");
-        ElasticBuffer {
-            low_m: ends_m[0] + length_m,
-            high_m: ends_m[1] - length_m,
-            stiffness_n_per_m: number("buffer_stiffness_N_m"),
-            damping_n_s_per_m: number("buffer_damping_Ns_m"),
+        match self.stroke_ends_m() {
+            Some(ends_m) => end_cushion::buffers(self, ends_m),
+            None => ElasticBuffer::NEUTRAL,
         }
     }
 

@@ -8,7 +8,8 @@
 //! [`stays_behind`] says so. Gains that `[controller]` does not give are the
 //! standard ones; a lag of the gauges slows the observer down.
 
-use crate::effects::{self, EffectParameter};
+use crate::effects::flow::{slew_limit, spool_dynamics, valve_delay, valve_hysteresis};
+use crate::effects::{EFFECTS, Effect, EffectParameter, sensing};
 use crate::gauge::GAIN_KEYS;
 use crate::model::{AxisFault, Values};
 use crate::rig::Rig;
@@ -28,32 +29,6 @@ use model_core::valve::{AreaTable, TABLE_CAPACITY};
 /// depend on it.
 const COMPARED_STEP_S: f64 = 1e-3;
 
-/// Parameters of effects that do not arrive at a board, all of the effect's if none is told, and
-/// why: those of a recording and those of a sensor, which are none of the axis. The rest of their
-/// rig is the better for it.
-const NOT_ON_A_BOARD: &[(&str, &[&str], &str)] = &[
-    ("pressure-sensor-offset", &[], OF_A_SENSOR),
-    ("gauge-gain", &[], OF_A_SENSOR),
-    ("unknown-reading", &[], OF_A_SENSOR),
-    (
-        "chamber-leakage",
-        &["onset_s"],
-        "is a time of one recording and means nothing to a board; without it the leak is always open",
-    ),
-    (
-        "supply-droop",
-        &["gauge_before_feed"],
-        "describes the position of a gauge in a recording; no law of the axis uses it",
-    ),
-    (
-        "position-time-skew",
-        &[],
-        "is the logger's, and a board reads its sensors at one time",
-    ),
-];
-
-const OF_A_SENSOR: &str = "is the sensor's, and the controller's model has none";
-
 /// What of a rig does not go into the settings: a line each, the key first.
 pub fn stays_behind(rig: &Rig) -> Vec<String> {
     let is_told = |effect: &str, known: &EffectParameter| {
@@ -65,24 +40,30 @@ pub fn stays_behind(rig: &Rig) -> Vec<String> {
         };
         value.is_some_and(|value| !is_neutral(value))
     };
-    let of_effect = |(effect, parameters, reason): &(&str, &[&str], &str)| {
-        let catalogued = effects::effect(effect).map_or(&[][..], |effect| effect.parameters);
-        let told = catalogued.iter().filter(|known| is_told(effect, known));
-        let told: Vec<&str> = told.map(|known| known.key).collect();
+    let of_effect = |effect: &Effect| {
+        let Some((parameters, reason)) = effect.off_board else {
+            return Vec::new();
+        };
+        let name = effect.name;
+        let told = effect.parameters.iter();
+        let told: Vec<&str> = told
+            .filter(|known| is_told(name, known))
+            .map(|known| known.key)
+            .collect();
         if parameters.is_empty() {
-            let line = format!("effects.{effect}: {reason}");
+            let line = format!("effects.{name}: {reason}");
             return (!told.is_empty()).then_some(line).into_iter().collect();
         }
         let meant = told.iter().filter(|key| parameters.contains(key));
-        let lines = meant.map(|key| format!("effects.{effect}.{key}: {reason}"));
+        let lines = meant.map(|key| format!("effects.{name}.{key}: {reason}"));
         lines.collect::<Vec<_>>()
     };
     let gains = GAIN_KEYS.into_iter().filter(|key| {
         rig.value(key)
             .is_some_and(|gain| gain.total_cmp(&1.0).is_ne())
     });
-    let gains = gains.map(|key| format!("{key}: {OF_A_SENSOR}"));
-    let effects = NOT_ON_A_BOARD.iter().flat_map(of_effect);
+    let gains = gains.map(|key| format!("{key}: {}", sensing::WHY_OFF_BOARD));
+    let effects = EFFECTS.iter().flat_map(of_effect);
     effects.chain(gains).collect()
 }
 
@@ -292,10 +273,10 @@ fn valve(valve: &model_core::valve::Valve<f32>) -> Valve {
 }
 
 fn command_path(values: &Values<'_, f32>) -> CommandPath {
-    let (slew, spool) = (values.slew_limit(), values.spool_dynamics());
+    let (slew, spool) = (slew_limit::law(values), spool_dynamics::law(values));
     CommandPath {
-        delay_s: values.valve_delay().delay_s,
-        hysteresis_width_v: values.hysteresis().width,
+        delay_s: valve_delay::law(values).delay_s,
+        hysteresis_width_v: valve_hysteresis::law(values).width,
         rising_v_per_s: slew.rising_per_s,
         falling_v_per_s: slew.falling_per_s,
         natural_frequency_hz: spool.natural_frequency_hz,
@@ -382,9 +363,8 @@ mod tests {
     }
 
     fn is_not_sent(effect: &str, parameter: &str) -> bool {
-        NOT_ON_A_BOARD.iter().any(|(name, keys, _)| {
-            *name == effect && (keys.is_empty() || keys.contains(&parameter))
-        })
+        let known = crate::effects::effect(effect).and_then(|effect| effect.off_board);
+        known.is_some_and(|(keys, _)| keys.is_empty() || keys.contains(&parameter))
     }
 
     /// A possible value, another for every parameter and place, neutral for no number.

@@ -153,6 +153,7 @@ fn sizes(laws: &[LawDiagnosis], law: &LawDiagnosis, candidate: &Candidate) -> Ve
                 .any(|free| **name == free.key || name.starts_with(&format!("{} of ", free.key)))
         })
         .map(|((name, &value), &std)| Size {
+            effect: candidate.effect.to_owned(),
             parameter: short_name(name).to_owned(),
             value,
             std,

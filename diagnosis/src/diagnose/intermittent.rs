@@ -11,6 +11,7 @@ use super::fitted::{Bench, Fitted, Set};
 use super::leaps;
 use super::prospect::{self, PROMISING};
 use super::search::evidence::{PLAIN_RATIO, mean};
+use crate::effects::{self, Kind};
 use crate::fit::law_problem::{Folds, windows};
 use crate::fit::presence::{Presence, refined_each};
 use crate::laws::{Law, Track, median};
@@ -35,17 +36,6 @@ const PARTS: usize = 6;
 /// What a start misses is much the less likely if the logarithm of its mean square, per row, is
 /// this much above that of another start: a factor e.
 const FAR_LESS_LIKELY: f64 = 1.0;
-/// What an axis is built with does not come and go. A load is bolted on; and in spans chosen to suit
-/// it, one that swings by itself took on any force that swings (a force of no list, and what a
-/// late position leaves, were loads of 0.7 and 2.2 kg in their play, each with 0.95).
-const BUILT_IN: [&str; 6] = [
-    "dead-volume",
-    "end-cushion",
-    "gas-temperature-dynamics",
-    "load-backlash",
-    "load-compliance",
-    "tube-line",
-];
 /// An effect that is there in more of the rows than this is there always.
 const ALWAYS: f64 = 0.9;
 /// What is there in fewer rows than this is an event and no effect: 10 ms of a force that were one
@@ -450,8 +440,15 @@ fn is_switchable(bench: &Bench<'_>, candidate: &Candidate) -> bool {
     let switches = candidate.switches.iter().map(|(key, _)| key);
     let mut keys = switches.chain(candidate.free.iter().map(|free| &free.key));
     keys.all(|key| key.starts_with(&prefix))
-        && !BUILT_IN.contains(&candidate.effect)
+        && !is_built_in(candidate.effect)
         && !bench.rig.effects.contains_key(candidate.effect)
+}
+
+/// What an axis is built with does not come and go. A load is bolted on; and in spans chosen to suit
+/// it, one that swings by itself took on any force that swings (a force of no list, and what a
+/// late position leaves, were loads of 0.7 and 2.2 kg in their play, each with 0.95).
+fn is_built_in(effect: &str) -> bool {
+    effects::effect(effect).is_some_and(|effect| effect.kind == Kind::BuiltIn)
 }
 
 /// Fits the effect, finds when it is there, and does so again where the same effect at another

@@ -1,7 +1,7 @@
 //! What counts as a misfit.
 
 use super::fitted::{Bench, Columns, Fitted};
-use super::materiality::Mark;
+use crate::effects::Mark;
 use crate::laws::{Law, Track};
 
 /// A misfit whose energy is this much above the noise's shows that something is missing,

@@ -33,7 +33,6 @@ pub mod limits;
 pub mod locate;
 mod located;
 mod loose_load;
-pub mod materiality;
 mod misfit;
 pub mod next_experiment;
 pub mod noise;
@@ -45,6 +44,7 @@ mod prospect;
 mod refit;
 mod remarks;
 mod scale;
+mod scene;
 pub mod search;
 mod sensor_noise;
 mod sheet;
@@ -481,7 +481,7 @@ fn measured_areas(valve: &ValveFlow) -> Assumed {
         value: valve.null_v,
         unit: "V".into(),
         why: "the rig file states one flow of the valve: null, critical pressure ratio, areas over the \
-              opening and dead volumes were measured in the training recordings before anything was judged"
+              opening and dead volumes were measured in the training recordings before anything was judged; *as given* is with these"
             .into(),
     }
 }

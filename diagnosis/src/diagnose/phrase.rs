@@ -32,7 +32,7 @@ pub(super) fn when(located: &Located, sameness: Sameness, rig: &Rig) -> String {
         }
         _ if intervals => of_intervals(located),
         _ if sameness.offset => "constant offset".into(),
-        _ if sameness.drifts => "slow drift, not correlated with any variable".into(),
+        _ if sameness.drifts => "slow drift; no variable explains it beyond chance".into(),
         _ => NO_PATTERN.into(),
     }
 }

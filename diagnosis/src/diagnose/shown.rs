@@ -5,6 +5,7 @@ use super::candidates::Candidate;
 use super::limits::Limit;
 use super::verdict::WouldShow;
 use super::words;
+use crate::effects::Mark;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Every limit, with the candidate that it is of.
@@ -66,7 +67,12 @@ fn weak(laws: &[LawDiagnosis]) -> impl Iterator<Item = (&Candidate, BTreeMap<Str
 pub(super) fn hidden_note(laws: &[LawDiagnosis]) -> Option<String> {
     let in_words = |(candidate, sizes): (&Candidate, BTreeMap<String, f64>)| {
         let what = words::effect_at_places(candidate.effect, candidate.form, &candidate.places);
-        format!("{what} below {}", words::sizes(&sizes))
+        let marks = candidate.marks.iter();
+        let is_stronger_below = marks
+            .filter(|(_, mark)| matches!(mark, Mark::UpTo(_)))
+            .any(|(key, _)| sizes.keys().any(|one| key.ends_with(one.as_str())));
+        let side = if is_stronger_below { "above" } else { "below" };
+        format!("{what} {side} {}", words::sizes(candidate.effect, &sizes))
     };
     let mut hidden: Vec<String> = weak(laws).map(in_words).collect();
     let silent = at_no_size(laws).into_iter();

@@ -21,11 +21,13 @@ use super::candidates::Candidate;
 use super::fitted::{Bench, Fitted};
 use super::fold_squares::FoldSquares;
 use super::search::plain_ratio;
+use crate::effects::flow::unknown_opening::{opening_knots, shift_key};
+use crate::effects::load::unknown_force::force_key;
+use crate::effects::sensing::unknown_reading::error_key;
 use crate::fit::law_problem::{Folds, FreeParameter};
-use crate::gauge::error_key;
 use crate::inspect::quantile;
 use crate::laws::{Law, Track};
-use crate::model::{Side, force_key, opening_knots, shift_key};
+use crate::model::Side;
 use model_core::left_out::{KNOTS, knots};
 
 /// A table that after a few iterations leaves so many times the amplitude that the named effects

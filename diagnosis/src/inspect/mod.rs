@@ -6,8 +6,8 @@
 //! motion, saturated, dropping out, or at odds with another channel or the rig. The
 //! tests ask for much more evidence than chance or a quiet rig gives (see
 //! `faults.rs`): a false alarm here would throw away a good recording. Gaps and
-//! jitter are reported, they are no faults; a lag between channels is left to
-//! the diagnosis.
+//! jitter are reported, they are no faults; channels that are late against each
+//! other are remarked on (see `lateness.rs`).
 
 mod contradictions;
 mod display;
@@ -16,6 +16,7 @@ mod fault;
 mod faults;
 mod gauges;
 mod held;
+pub mod lateness;
 mod leaps;
 mod smoothing;
 mod spikes;

@@ -12,7 +12,7 @@
 
 use super::Alignment;
 use crate::gauge::Gauge;
-use crate::laws::{Motion, Track, white_noise};
+use crate::laws::{Motion, Track, median_step_s, white_noise};
 use crate::model::{Side, Values};
 use model_core::chamber::Chamber;
 use model_core::valve::{FlowLaw, GasState};
@@ -20,6 +20,8 @@ use model_core::valve::{FlowLaw, GasState};
 /// Half the width of a window, s: long against the noise (0.3 kPa at 1 kHz leaves 15 kPa/s of some
 /// 2000 kPa/s), short against a stroke.
 const HALF_WINDOW_S: f64 = 0.01;
+/// No lag that is searched is longer: so much of both ends of a recording is left out, s.
+pub(super) const MARGIN_S: f64 = 0.06;
 /// Part of a window's flow by which the balance itself is off: heat, volume, motion.
 const BALANCE_ERROR: f64 = 0.05;
 /// Temperatures that the gas of a chamber keeps to, K.
@@ -189,12 +191,13 @@ impl Axis {
         }))
     }
 
-    /// One chamber in a recording.
-    pub(super) fn rows(&self, recorded: &Recorded<'_>) -> ChamberRows {
+    /// One chamber in a recording whose position is late by so much.
+    pub(super) fn rows(&self, recorded: &Recorded<'_>, position_late_s: f64) -> ChamberRows {
         let side = recorded.side;
         let chamber = &self.chambers[usize::from(side == Side::B)];
         let dead_volume_m3 = chamber.geometry.dead_volume_m3;
         let rows = recorded.time_s.len();
+        let later = position_late_s / median_step_s(recorded.time_s);
         let mut one = ChamberRows {
             side,
             time_s: recorded.time_s.to_vec(),
@@ -210,7 +213,8 @@ impl Axis {
         };
         let mut temperature_k = self.ambient.temperature_k;
         for row in 0..rows {
-            let instant = self.instant(chamber, recorded, row, temperature_k);
+            let motion = recorded.motion_at(row as f64 + later);
+            let instant = self.instant(chamber, recorded, (row, motion), temperature_k);
             let per_area = self.per_area(recorded, row, temperature_k);
             for (column, value) in one.per_area.iter_mut().zip(per_area) {
                 column.push(value);
@@ -232,16 +236,15 @@ impl Axis {
         &self,
         chamber: &Chamber<f64>,
         recorded: &Recorded<'_>,
-        row: usize,
+        (row, (position_m, velocity_m_s)): (usize, (f64, f64)),
         temperature_k: f64,
     ) -> Instant {
         let (geometry, gas) = (&chamber.geometry, &chamber.gas);
         let (gamma, constant) = (gas.heat_capacity_ratio, gas.gas_constant_j_per_kg_k);
         let scale = scale(chamber);
         let room_k = self.ambient.temperature_k;
-        let position_m = recorded.motion.position_m[row];
         let volume_m3 = geometry.volume_m3(position_m);
-        let outwards_m_s = geometry.length_per_position * recorded.motion.velocity_m_per_s[row];
+        let outwards_m_s = geometry.length_per_position * velocity_m_s;
         let swept_m3_s = geometry.area_m2 * outwards_m_s;
         let pressure_pa = recorded.rate.position_m[row];
         let rate_pa_s = recorded.rate.velocity_m_per_s[row];
@@ -288,6 +291,26 @@ impl Axis {
     }
 }
 
+impl Recorded<'_> {
+    /// Whether it is this chamber.
+    pub(super) fn is_of(&self, side: Side) -> bool {
+        self.side == side
+    }
+
+    /// Position, m, and velocity, m/s, at a row that may lie between two.
+    fn motion_at(&self, row: f64) -> (f64, f64) {
+        let last = self.time_s.len().saturating_sub(1);
+        let row = row.clamp(0.0, last as f64);
+        let below = row.floor() as usize;
+        let (above, along) = ((below + 1).min(last), row - row.floor());
+        let between = |of: &[f64]| of[below] + along * (of[above] - of[below]);
+        (
+            between(&self.motion.position_m),
+            between(&self.motion.velocity_m_per_s),
+        )
+    }
+}
+
 impl ChamberRows {
     /// The largest distance of the command from a null, V.
     pub(super) fn widest_v(&self, null_v: f64) -> f64 {
@@ -300,17 +323,18 @@ impl ChamberRows {
     /// The windows, half of one apart.
     pub(super) fn windows(&self, at: Alignment) -> Vec<Window> {
         let rows = self.time_s.len();
-        let step_s = crate::laws::median_step_s(&self.time_s);
+        let step_s = median_step_s(&self.time_s);
         let half = ((HALF_WINDOW_S / step_s).round() as usize).max(2);
         let earlier = at.lag_s / step_s;
-        (half..rows.saturating_sub(half))
+        // The same windows whatever the lag, so that what they are off by can be compared.
+        let margin = (MARGIN_S / step_s).ceil() as usize + half + 1;
+        (margin..rows.saturating_sub(margin))
             .step_by(half)
             .filter_map(|centre| {
                 let first = centre - half;
                 let is_even =
                     self.time_s[centre + half] - self.time_s[first] < 2.5 * half as f64 * step_s;
-                (is_even && first as f64 > earlier + 1.0)
-                    .then(|| self.window(centre, half, step_s, at, earlier))
+                is_even.then(|| self.window(centre, half, step_s, at, earlier))
             })
             .collect()
     }

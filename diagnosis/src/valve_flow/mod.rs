@@ -20,9 +20,12 @@
 
 mod areas;
 mod balance;
+mod lateness;
 mod points;
 mod text;
 
+pub use lateness::{Late, Lateness, lateness};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use areas::{Areas, Grid, Problem};
@@ -92,23 +95,7 @@ struct Alignment {
 /// # Errors
 /// One line where rig or recordings lack what the balance needs.
 pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<ValveFlow, String> {
-    let values = Values::of(rig);
-    let valve = rig.valve.as_ref().ok_or("the rig file has no [valve]")?;
-    let full_v = valve.opening_v.last().copied().unwrap_or(FULL_V);
-    let full_m2 = valve.supply_area_m2.last().copied().unwrap_or_default();
-    let axis = Axis::of(&values)?;
-    let recorded = tracks.iter().map(|track| axis.recorded(&values, track));
-    let recorded: Vec<[Recorded<'_>; 2]> = recorded.collect::<Result<_, String>>()?;
-    let mut search = Search {
-        axis,
-        recorded: recorded.into_iter().flatten().collect(),
-        null_v: valve.null_v,
-        slope_m2_v: full_m2 / full_v,
-        at: Alignment {
-            null_v: valve.null_v,
-            lag_s: 0.0,
-        },
-    };
+    let mut search = Search::of(rig, tracks)?;
     search.align();
     let (_, areas) = search.areas(COARSE_V);
     search.axis = search.axis.with_dead_volumes(areas.dead_volume_m3);
@@ -132,9 +119,34 @@ struct Search<'a> {
     at: Alignment,
 }
 
-impl Search<'_> {
-    fn rows(&self, axis: &Axis) -> Vec<ChamberRows> {
-        self.recorded.iter().map(|one| axis.rows(one)).collect()
+impl<'a> Search<'a> {
+    /// Of a rig and its recordings, begun where the rig says.
+    fn of(rig: &Rig, tracks: &'a [Track<'_>]) -> Result<Self, String> {
+        let values = Values::of(rig);
+        let valve = rig.valve.as_ref().ok_or("the rig file has no [valve]")?;
+        let full_v = valve.opening_v.last().copied().unwrap_or(FULL_V);
+        let full_m2 = valve.supply_area_m2.last().copied().unwrap_or_default();
+        let axis = Axis::of(&values)?;
+        let recorded = tracks.iter().map(|track| axis.recorded(&values, track));
+        let recorded: Vec<[Recorded<'_>; 2]> = recorded.collect::<Result<_, String>>()?;
+        Ok(Self {
+            axis,
+            recorded: recorded.into_iter().flatten().collect(),
+            null_v: valve.null_v,
+            slope_m2_v: full_m2 / full_v,
+            at: Alignment {
+                null_v: valve.null_v,
+                lag_s: 0.0,
+            },
+        })
+    }
+
+    /// The rows of an axis whose position is late by so much.
+    fn rows(&self, axis: &Axis, position_late_s: f64) -> Vec<ChamberRows> {
+        let recorded = self.recorded.par_iter();
+        recorded
+            .map(|one| axis.rows(one, position_late_s))
+            .collect()
     }
 
     fn grid(&self, rows: &[ChamberRows], finest_v: f64) -> Grid {
@@ -147,7 +159,7 @@ impl Search<'_> {
 
     /// Lag, null and critical pressure ratio of the least misfit.
     fn align(&mut self) {
-        let rows = self.rows(&self.axis);
+        let rows = self.rows(&self.axis, 0.0);
         let grid = self.grid(&rows, COARSE_V);
         let dead_volumes_m3 = self.axis.dead_volumes_m3();
         let misfit =
@@ -164,12 +176,12 @@ impl Search<'_> {
         }
         let at = self.at;
         let with_ratio = |ratio: f64| self.axis.clone().with_critical_pressure_ratio(ratio);
-        let of_ratio = |ratio: f64| misfit(&self.rows(&with_ratio(ratio)), at);
+        let of_ratio = |ratio: f64| misfit(&self.rows(&with_ratio(ratio), 0.0), at);
         self.axis = with_ratio(least(CRITICAL_RATIOS, of_ratio));
     }
 
     fn areas(&self, finest_v: f64) -> (Grid, Areas) {
-        let rows = self.rows(&self.axis);
+        let rows = self.rows(&self.axis, 0.0);
         let grid = self.grid(&rows, finest_v);
         let areas = Problem::new(&grid, self.axis.dead_volumes_m3(), &rows, self.at).solved();
         (grid, areas)

@@ -115,12 +115,19 @@ impl ValveFlow {
             }
         }
         [valve.supply_area_m2, valve.exhaust_area_m2] = areas;
-        valve.null_v = self.null_v;
-        valve.critical_pressure_ratio = self.critical_pressure_ratio;
+        for numbers in [
+            &mut valve.opening_v,
+            &mut valve.supply_area_m2,
+            &mut valve.exhaust_area_m2,
+        ] {
+            numbers.iter_mut().for_each(|one| *one = rounded(*one));
+        }
+        valve.null_v = rounded(self.null_v);
+        valve.critical_pressure_ratio = rounded(self.critical_pressure_ratio);
         valve.stated_flow = None;
         if let Some(cylinder) = improved.cylinder.as_mut() {
-            cylinder.dead_volume_a_m3 = Some(self.dead_volume_m3[0]);
-            cylinder.dead_volume_b_m3 = Some(self.dead_volume_m3[1]);
+            cylinder.dead_volume_a_m3 = Some(rounded(self.dead_volume_m3[0]));
+            cylinder.dead_volume_b_m3 = Some(rounded(self.dead_volume_m3[1]));
         }
         for (key, deviation) in [
             ("valve.null_V", NULL_DEVIATION_V),
@@ -134,4 +141,9 @@ impl ValveFlow {
         }
         improved
     }
+}
+
+/// Five digits: a tenth of what any of the estimates is good for.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
 }

@@ -43,6 +43,13 @@ impl fmt::Display for ValveFlow {
             ]);
         }
         write!(out, "{columns}")?;
+        if let Some(last) = self.points.last() {
+            writeln!(
+                out,
+                "  the recordings open the valve to {:.2} V; beyond, the curve of the rig file goes on from there",
+                last.opening_v
+            )?;
+        }
         writeln!(
             out,
             "  beside this, both areas as a whole are known to {:.0} %",

@@ -6,6 +6,7 @@
 //! hand, so the cost of derivatives does not grow with the number of recordings.
 
 use super::both_ways::BothWays;
+pub use super::free_parameter::{FreeParameter, Scope};
 use super::{LeastSquares, NormalEquations, Parameter, Presence, ResidualSums};
 use crate::laws::{InitialState, Law, Track, View};
 use crate::model::Values;
@@ -16,26 +17,6 @@ use std::ops::Range;
 
 /// The most parameters that act on one recording at a time.
 pub const MOST_ACTIVE: usize = 32;
-
-/// Whether a parameter is one number or one per recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scope {
-    /// One for all recordings.
-    Shared,
-    /// One for each.
-    PerRecording,
-}
-
-/// A parameter left free in a fit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FreeParameter {
-    /// `section.key` or `effects.NAME.key`.
-    pub key: String,
-    /// Shared or per recording.
-    pub scope: Scope,
-    /// Start, bounds, prior.
-    pub parameter: Parameter,
-}
 
 /// Rows that belong together when data are left out: recordings, or contiguous
 /// parts of them.

@@ -1,6 +1,7 @@
 //! Fitting parameters to data.
 //!
 //! - [`normal_equations`]: what a problem adds its rows to
+//! - [`free_parameter`]: a number of a rig that a fit moves
 //! - [`law_problem`]: a law driven by recordings as such a problem
 //! - [`both_ways`]: a recording with an effect and without it
 //! - [`own_noise`]: such a problem in units of the noise that each model makes of its inputs
@@ -11,6 +12,7 @@
 
 pub mod both_ways;
 pub mod compass;
+pub mod free_parameter;
 pub mod law_problem;
 pub mod levenberg_marquardt;
 pub mod normal_equations;

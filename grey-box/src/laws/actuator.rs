@@ -9,6 +9,7 @@
 //! hence the fine steps.
 
 use super::{InitialState, Output, Sink, Track};
+use crate::effects::flow::{slew_limit, valve_delay, valve_hysteresis};
 use crate::model::Values;
 use crate::recording::Recording;
 use model_core::real::Real;
@@ -53,8 +54,8 @@ pub(super) fn predict<R: Real>(
     let closed = values.get_or("actuator.stem_at_zero_command", 0.0);
     let open = values.get_or("actuator.stem_at_full_command", 1.0);
     let lag_s = values.get_or("actuator.time_constant_s", 0.0);
-    let delay_s = values.valve_delay().delay_s;
-    let (slew, play) = (values.slew_limit(), values.hysteresis());
+    let delay_s = valve_delay::law(values).delay_s;
+    let (slew, play) = (slew_limit::law(values), valve_hysteresis::law(values));
     let target = |command: R| closed + (open - closed) * command;
     let mut stem = initial[0];
     let mut played = target(R::from_f64(command[rows.start]));

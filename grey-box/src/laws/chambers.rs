@@ -1,6 +1,8 @@
 //! Chambers driven by recorded position, command and supply pressure.
 
 use super::{InitialState, Output, Sink, Track, View, delayed};
+use crate::effects::flow::{chamber_leakage, supply_droop, valve_hysteresis};
+use crate::effects::sensing::{position_time_skew, pressure_sensor_lag};
 use crate::gauge::Gauge;
 use crate::lag::followed;
 use crate::model::{Side, Values};
@@ -204,7 +206,7 @@ fn tank_start(
 ) -> InitialState {
     let regulator_pa = values.get_or("supply.pressure_Pa", DEFAULT_SUPPLY_PA);
     let recorded = recording.signal("p_s");
-    let at_tank = recorded.filter(|_| !values.gauge_before_feed());
+    let at_tank = recorded.filter(|_| !supply_droop::gauge_before_feed(values));
     let seen = at_tank.map(|signal| view.value(&recording.time_s, signal, row));
     let share = match seen {
         Some(_) => INITIAL_PRESSURE_SHARE,
@@ -264,7 +266,8 @@ pub(super) fn predict<R: Real>(
     };
     let valve = values.valve().and_then(Result::ok);
     let sides: Vec<Side> = sides(values.rig).collect();
-    let gauges_tank = pneumatics.supply_droop.is_present() && !values.gauge_before_feed();
+    let gauges_tank =
+        pneumatics.supply_droop.is_present() && !supply_droop::gauge_before_feed(values);
     let drive = Drive {
         position_m: track.signal("x"),
         time_s: &track.recording.time_s,
@@ -275,11 +278,11 @@ pub(super) fn predict<R: Real>(
         declared_supply_pa: values.get_or("supply.pressure_Pa", DEFAULT_SUPPLY_PA),
         supply_temperature_k: values.ambient().temperature_k,
         gauges_tank,
-        skew_s: values.effect("position-time-skew", "delay_s", 0.0),
+        skew_s: position_time_skew::delay_s(values),
     };
-    let onset_s = values.effect("chamber-leakage", "onset_s", f64::NEG_INFINITY);
+    let onset_s = chamber_leakage::onset_s(values);
     let leaks = (pneumatics.leak_a, pneumatics.leak_b);
-    let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
+    let lag_s = pressure_sensor_lag::time_constant_s(values);
     let mut layout = Layout::of(values, &pneumatics, &sides);
     if initial.len() < layout.count() {
         layout = layout.plain();
@@ -339,7 +342,7 @@ pub(super) fn handed_on<R: Real>(
     let Some((pneumatics, position)) = to.pneumatics().zip(track.signal("x")) else {
         return;
     };
-    let skew_s = |values: &Values<'_, R>| values.effect("position-time-skew", "delay_s", 0.0);
+    let skew_s = |values: &Values<'_, R>| position_time_skew::delay_s(values);
     let at_m = |skew_s| delayed(&track.recording.time_s, position, row, skew_s);
     let (from_m, to_m) = (at_m(skew_s(from)), at_m(skew_s(to)));
     let kappa = pneumatics.gas.heat_capacity_ratio;
@@ -411,7 +414,7 @@ fn spool_positions<R: Real>(
     };
     let step_s = super::motion::median_step_s(drive.time_s);
     let path = values.command_path(step_s);
-    let has_play = values.effect("valve-hysteresis", "width", 0.0) > R::ZERO;
+    let has_play = valve_hysteresis::law(values).width > R::ZERO;
     let warm_up_s = if has_play {
         PLAY_WARM_UP_S
     } else {
@@ -462,7 +465,7 @@ impl<'a> Layout<'a> {
             tank: pneumatics.supply_droop.is_present(),
             silencer,
             second_silencer: silencer && pneumatics.separate_exhausts,
-            readings: values.effect("pressure-sensor-lag", "time_constant_s", 0.0) > R::ZERO,
+            readings: pressure_sensor_lag::time_constant_s(values) > R::ZERO,
             tubes: valve && pneumatics.tube.is_present(),
         }
     }

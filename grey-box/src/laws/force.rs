@@ -11,6 +11,7 @@
 //! is then the mass without it); buffers at the ends take Fe.
 
 use super::{Output, Sink, Track, delayed};
+use crate::effects::sensing::position_time_skew;
 use crate::gauge::Gauge;
 use crate::model::{Side, Values};
 use model_core::carriage::{Carriage, CarriageState};
@@ -39,7 +40,7 @@ pub(super) fn predict<R: Real>(
     let (declared, terms) = (values.friction_levels(), values.friction_terms());
     let bristle = values.bristle();
     let ambient = carriage.ambient_pressure_pa;
-    let skew_s = values.effect("position-time-skew", "delay_s", 0.0);
+    let skew_s = position_time_skew::delay_s(values);
     let gauges = Side::BOTH.map(|side| Gauge::of(values, side));
     let gauge = |side: Side, row: usize| match track.signal(side.pressure_signal()) {
         Some(pressure) => gauges[side as usize].reads_pa(R::from_f64(pressure[row])) - ambient,

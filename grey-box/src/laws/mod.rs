@@ -17,6 +17,7 @@ mod motion;
 pub mod needs;
 mod pressure_reading;
 
+pub use crate::law::Law;
 use crate::model::Values;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -103,21 +104,6 @@ impl<R, F: FnMut(usize, &[R], &[R])> Sink<R> for F {
     fn row(&mut self, row: usize, outputs: &[R], states: &[R]) {
         self(row, outputs, states);
     }
-}
-
-/// The laws that can be driven by recordings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Law {
-    /// Pressures from position and command.
-    Chambers,
-    /// Force of a bench from motion and pressures.
-    Force,
-    /// Position of a free carriage from pressures.
-    Carriage,
-    /// Stem of a positioner from its command.
-    Actuator,
-    /// Forces on a free carriage in weak form: what a carriage is searched by.
-    Balance,
 }
 
 impl Law {

@@ -56,7 +56,11 @@ pub struct Assumed {
 impl fmt::Display for Assumed {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let value = crate::text::plain(self.value, 4);
-        write!(out, "{} = {value} {} ({})", self.key, self.unit, self.why)
+        let unit = match self.unit.as_str() {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        write!(out, "{} = {value}{unit} ({})", self.key, self.why)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The pressures that act on a carriage, read off their recordings.
 
 use super::{Track, delayed};
+use crate::effects::sensing::{position_time_skew, pressure_sensor_lag};
 use crate::gauge::Gauge;
 use crate::model::{Side, Values};
 use crate::rig::Rig;
@@ -41,8 +42,8 @@ impl<'a, R: Real> PressureReading<'a, R> {
             time_s: &track.recording.time_s,
             recorded_pa: [track.signal("p_a")?, track.signal("p_b")?],
             gauges: Side::BOTH.map(|side| Gauge::of(values, side)),
-            lag_s: values.effect("pressure-sensor-lag", "time_constant_s", 0.0),
-            skew_s: values.effect("position-time-skew", "delay_s", 0.0),
+            lag_s: pressure_sensor_lag::time_constant_s(values),
+            skew_s: position_time_skew::delay_s(values),
         })
     }
 

@@ -43,7 +43,7 @@ pub(super) fn prior_to_posterior(parameters: &[Moved]) -> Option<BarChart> {
         .digits(3)
         .bars_with_errors("prior", Role::Noise, parameters.iter().map(|_| (0.0, 1.0)))
         .bars_with_errors("posterior", Role::Improved, parameters.iter().map(shift))
-        .note("Error bars: one standard deviation; none where the data leave the parameter open or it is at a bound. A posterior as wide as the prior: the recordings say nothing about the parameter. A change of more than two prior standard deviations contradicts the rig file.");
+        .note("Error bars: one standard deviation; none where the data leave the parameter open or it is at a bound. A posterior as wide as the prior: the recordings say nothing about the parameter. A change of more than four prior standard deviations contradicts the rig file; where most numbers come out further off than stated, the standard deviations are scaled first.");
     Some(chart)
 }
 

@@ -286,6 +286,7 @@ fn accounted_for(effect: &Effect) -> String {
 /// The sizes in the order of the catalogue: a tube's length before its diameter.
 fn sizes_of(effect: &Effect) -> Vec<words::Size> {
     let size = |(parameter, estimate): (&String, &Estimate)| words::Size {
+        effect: effect.effect.clone(),
         parameter: parameter.clone(),
         value: estimate.value,
         std: estimate.std,
@@ -785,8 +786,10 @@ fn would_have_shown(section: &mut Section, verdict: &Verdict) {
         let from = effect.from.as_ref();
         table.row([
             Cell::from(what),
-            Cell::from(from.map_or("not detectable".into(), words::sizes)),
-            Cell::from(words::sizes(&effect.matters_from)),
+            Cell::from(from.map_or("not detectable".into(), |from| {
+                words::sizes(&effect.effect, from)
+            })),
+            Cell::from(words::sizes(&effect.effect, &effect.matters_from)),
             Cell::from(if effect.hides { "yes" } else { "" }),
         ])
     };

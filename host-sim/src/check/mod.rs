@@ -12,7 +12,7 @@ pub use needs::{Lack, LawCheck};
 
 use crate::recording::Recording;
 use crate::rig::{Rig, RigError};
-use diagnosis::inspect::{Inspection, SignalReport, inspect};
+use diagnosis::inspect::{Inspection, SignalReport, inspect, lateness};
 
 /// The findings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -91,7 +91,11 @@ impl Check {
     /// Adds what a recording shows, or why it cannot be read.
     pub fn add(&mut self, rig: &Rig, name: &str, recording: Result<Recording, String>) {
         let checked = match recording {
-            Ok(recording) => RecordingCheck::of(name, inspect(rig, &recording)),
+            Ok(recording) => {
+                let mut checked = RecordingCheck::of(name, inspect(rig, &recording));
+                checked.remarks.extend(lateness::remarks(rig, &recording));
+                checked
+            }
             Err(error) => RecordingCheck::unreadable(name, error),
         };
         self.usable &= checked.error.is_none() && checked.faults.is_empty();

@@ -8,7 +8,7 @@ use clap::Args;
 use super::CommandError;
 use super::inputs::{bad_input, read_recording};
 use super::outputs::{check_outputs, write_json};
-use crate::check::Check;
+use crate::check::{Check, RecordingCheck};
 use crate::rig::Rig;
 
 /// Check a rig file against its recordings: all remarks at once.
@@ -53,8 +53,14 @@ pub fn run(arguments: &CheckArguments, out: &mut dyn Write) -> Result<(), Comman
     if check.usable {
         return Ok(());
     }
+    let is_rig_sound = check.rig_faults.is_empty();
+    let is_wrong = |one: &&RecordingCheck| one.error.is_some() || !one.faults.is_empty();
+    let mut wrong = check.recordings.iter().filter(is_wrong);
+    let file = match wrong.next() {
+        Some(first) if is_rig_sound => first.recording.clone(),
+        _ => arguments.rig.display().to_string(),
+    };
     Err(bad_input(format!(
-        "{}: not usable as it is, see the lines above",
-        arguments.rig.display()
+        "{file}: not usable as it is, see the lines above"
     )))
 }

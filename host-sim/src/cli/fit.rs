@@ -148,9 +148,15 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         write_page(path, &page)?;
     }
     match faults.first() {
-        Some(fault) if !is_accepted => Err(CommandError::Untrusted(format!(
-            "{fault}; no improved rig is written (--accept takes the fit as it is)"
-        ))),
+        Some(fault) if !is_accepted => {
+            let unwritten = match &arguments.improved_rig {
+                Some(_) => "; no improved rig is written (--accept takes the fit as it is)",
+                None => "",
+            };
+            Err(CommandError::Untrusted(format!(
+                "{fault}{unwritten}; physics that the rig leaves out does this: pneuma diagnose looks for it"
+            )))
+        }
         _ => Ok(()),
     }
 }

@@ -9,7 +9,7 @@ use super::CommandError;
 use super::inputs::{bad_input, provenance, read_rig};
 use super::outputs::{check_outputs, write_json, write_page};
 use crate::recording::Recording;
-use diagnosis::inspect::{Inspection, inspect};
+use diagnosis::inspect::{Inspection, inspect, lateness};
 
 /// Check recordings: timing, noise, quantum, excitation and faults.
 #[derive(Args, Clone, Debug)]
@@ -41,7 +41,8 @@ pub fn run(arguments: &InspectArguments, out: &mut dyn Write) -> Result<(), Comm
     let mut kept: Vec<Recording> = Vec::new();
     for path in &arguments.recordings {
         let recording = Recording::read(path, &rig.signals).map_err(bad_input)?;
-        let inspection = inspect(&rig, &recording);
+        let mut inspection = inspect(&rig, &recording);
+        inspection.notes.extend(lateness::remarks(&rig, &recording));
         writeln!(out, "{inspection}")?;
         inspections.push(inspection);
         if arguments.report.is_some() {

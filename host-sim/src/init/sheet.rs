@@ -156,7 +156,7 @@ impl DataSheet {
         let b_from = if typical_b { "typical" } else { "data sheet" };
         let _ = writeln!(
             text,
-            "\n# {}.\n# The area over the opening is assumed linear from the dead zone to the full opening,\n# supply and exhaust alike: no data sheet states it.",
+            "\n# {}.\n# No data sheet states the area over the opening: until `pneuma identify valve-flow` has measured\n# it, it is taken as linear from the dead zone to the full opening, supply and exhaust alike.",
             self.valve
         );
         section_without_gap(

@@ -2,6 +2,7 @@
 //! steps of the converters.
 
 use super::Sample;
+use crate::effects::sensing::{position_time_skew, pressure_sensor_lag};
 use crate::gauge::Gauge;
 use crate::lag::followed;
 use crate::model::{AxisFault, Side, Values};
@@ -185,7 +186,7 @@ struct PressureLag {
 impl PressureLag {
     fn new(rig: &Rig, tick_s: f64) -> Self {
         Self {
-            lag_s: Values::of(rig).effect("pressure-sensor-lag", "time_constant_s", 0.0),
+            lag_s: pressure_sensor_lag::time_constant_s(&Values::of(rig)),
             tick_s,
             before_pa: None,
         }
@@ -211,7 +212,7 @@ struct PositionSkew {
 
 impl PositionSkew {
     fn new(rig: &Rig) -> Result<Self, AxisFault> {
-        let delay_s = Values::of(rig).effect("position-time-skew", "delay_s", 0.0);
+        let delay_s = position_time_skew::delay_s(&Values::of(rig));
         if delay_s >= 0.0 {
             return Ok(Self { delay_s });
         }

@@ -1,6 +1,7 @@
 //! An axis in its surroundings, stepped through time: what the open-loop
 //! simulation and the closed loop share.
 
+use crate::effects::flow::{chamber_leakage, supply_droop, valve_delay};
 use crate::model::{AxisFault, Side, Values};
 use crate::rig::Rig;
 use model_core::axis::{Axis, AxisInputs, AxisState};
@@ -55,7 +56,7 @@ impl World {
     /// The rig's axis in a state.
     pub fn new(rig: &Rig, axis: Axis<f64>, state: AxisState<f64>, supply_pressure_pa: f64) -> Self {
         Self {
-            gauges_regulator: Values::of(rig).gauge_before_feed(),
+            gauges_regulator: supply_droop::gauge_before_feed(&Values::of(rig)),
             leak_onset_s: leak_onset_s(rig),
             leaks: (axis.pneumatics.leak_a, axis.pneumatics.leak_b),
             axis,
@@ -125,7 +126,7 @@ pub(crate) fn supply_pressure_pa(rig: &Rig) -> Result<f64, AxisFault> {
 
 /// A delay longer than the model's memory would be cut in silence.
 fn check_delay(rig: &Rig, axis: &Axis<f64>) -> Result<(), AxisFault> {
-    let delay_s = Values::of(rig).valve_delay().delay_s;
+    let delay_s = valve_delay::law(&Values::of(rig)).delay_s;
     let longest_s = (DELAY_CAPACITY - 2) as f64 * axis.dt_s;
     if delay_s <= longest_s {
         return Ok(());
@@ -143,7 +144,7 @@ fn check_delay(rig: &Rig, axis: &Axis<f64>) -> Result<(), AxisFault> {
 
 /// Time at which the leaks of the chambers open, s.
 fn leak_onset_s(rig: &Rig) -> f64 {
-    Values::of(rig).effect("chamber-leakage", "onset_s", f64::NEG_INFINITY)
+    chamber_leakage::onset_s(&Values::of(rig))
 }
 
 /// The pressure at which the valve at its null lets in as much as it and the

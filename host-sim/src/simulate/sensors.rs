@@ -5,6 +5,7 @@
 //! the way back from SI to the column's unit ([`Table`]).
 
 use super::{Sample, Simulation};
+use crate::effects::sensing::{position_time_skew, pressure_sensor_lag};
 use crate::gauge::Gauge;
 use crate::lag::followed;
 use crate::model::{Side, Values};
@@ -79,7 +80,7 @@ fn sensed(
     let values = Values::of(&scenario.rig);
     match channel.signal {
         "p_a" | "p_b" => {
-            let lag_s = values.effect("pressure-sensor-lag", "time_constant_s", 0.0);
+            let lag_s = pressure_sensor_lag::time_constant_s(&values);
             let gauge = Gauge::of(&values, side_of(channel.signal));
             let shown = lagged(exact, lag_s, scenario.sample_s).into_iter();
             shown
@@ -87,7 +88,7 @@ fn sensed(
                 .collect()
         }
         "x" => {
-            let delay_s = values.effect("position-time-skew", "delay_s", 0.0);
+            let delay_s = position_time_skew::delay_s(&values);
             delayed(simulation, exact, delay_s / scenario.sample_s)
         }
         _ => exact,

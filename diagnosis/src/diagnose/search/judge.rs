@@ -7,8 +7,9 @@ use super::evidence::{
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::fitted::{Bench, Fitted, Set};
 use crate::diagnose::fold_squares::FoldSquares;
-use crate::diagnose::materiality::Mark;
 use crate::diagnose::misfit::ERROR_OF_FORM;
+use crate::effects::sensing::position_time_skew;
+use crate::effects::{self, Kind, Mark};
 use crate::fit::Presence;
 use crate::laws::{Law, balance, median_step_s};
 
@@ -26,12 +27,6 @@ pub(super) const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
 const NEXT_TO_NOTHING: f64 = 0.1;
 /// Forces are told apart down to this part of the energy of their floor, which was set.
 const UNDER_THE_FLOOR: f64 = 0.05;
-
-/// Effects that do nothing, at their smallest, but shift a signal in time.
-const SHIFTS_IN_TIME: [&str; 3] = ["position-time-skew", "pressure-sensor-lag", "valve-delay"];
-
-/// Numbers without which an effect is another one.
-const DECISIVE: [&str; 3] = [".time_constant_s", ".gap_m", "tube-line.length_m"];
 
 /// Deviations by which a load's mass is to be known from nought, and its spring from a rigid one ...
 const TOLD_FROM_NOUGHT: f64 = 3.0;
@@ -358,12 +353,8 @@ impl<'a> Judge<'a> {
     fn is_sampling(&self, model: &Fitted, candidate: usize) -> bool {
         let effect = self.bench.candidates[candidate].effect;
         let is_axis = self.bench.rig.valve.is_some();
-        let shifts: &[&str] = if is_axis {
-            &SHIFTS_IN_TIME
-        } else {
-            &["position-time-skew"]
-        };
-        if !shifts.contains(&effect) {
+        let is_shift = effects::effect(effect).is_some_and(|one| one.kind == Kind::ShiftInTime);
+        if !is_shift || !is_axis && effect != position_time_skew::EFFECT.name {
             return false;
         }
         let prefix = format!("effects.{effect}.");
@@ -431,7 +422,12 @@ impl<'a> Judge<'a> {
 
 /// Whether an effect is another one without this number.
 fn is_decisive(name: &str) -> bool {
-    DECISIVE.iter().any(|number| name.ends_with(number))
+    let mut parts = name.splitn(3, '.').skip(1);
+    let effect = parts.next().and_then(effects::effect);
+    let known = effect.zip(parts.next());
+    known
+        .and_then(|(effect, key)| effect.parameter(key))
+        .is_some_and(|known| known.is_decisive)
 }
 
 /// Whether the mass of a load is nought within what it is known to, or next to nothing beside
