@@ -399,7 +399,9 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
     let is_open = |law: &&LawDiagnosis| is_unexplained(law) || law.is_surprised;
     let law = laws.iter().find(is_open)?;
     // An input that explains both chambers says more than either chamber.
-    let located = law.input.as_ref().or(law.located.first())?;
+    let by_share =
+        |one: &&locate::Located, other: &&locate::Located| one.share.total_cmp(&other.share);
+    let located = law.input.as_ref().or(law.located.iter().max_by(by_share))?;
     let ask =
         |input: &locate::Located| format!("requires another {}: {}", input.quantity, input.when);
     let Some(term) = &law.term else {

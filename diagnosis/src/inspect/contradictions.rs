@@ -16,8 +16,13 @@ use super::statistics::{as_float, moved, quantile};
 use crate::recording::Recording;
 use crate::rig::{FeedsAWhen, PositionZero, Rig, Valve};
 
-/// Factor between speed and change of position that is no calibration error.
-const SPEED_FACTOR: f64 = 5.0;
+/// Factor between speed and change of position that is no calibration error, where the two follow
+/// each other in all but this.
+const SPEED_FACTOR: f64 = 1.5;
+/// Units of time over each other: seconds in milliseconds, minutes, microseconds.
+const UNITS_OF_TIME: [f64; 3] = [1000.0, 60.0, 1e6];
+/// So near to one of them.
+const THAT_UNIT: f64 = 0.02;
 /// The position may cover this many strokes ...
 const STROKE_FACTOR: f64 = 1.5;
 /// ... and lie beyond an end by this part of one.
@@ -56,6 +61,7 @@ pub(super) fn contradictions(
         );
         faults.extend(supply(rig, recording));
         faults.extend(command(valve, recording));
+        faults.extend(one_sided(rig, valve, recording));
         faults.extend(signs(rig, valve, recording));
     }
     faults
@@ -72,8 +78,8 @@ fn quantile_of(values: &[f64], share: f64) -> f64 {
 
 /// Compares changes of position with the path of the speed.
 fn speed(recording: &Recording, signals: &[SignalReport]) -> Option<Fault> {
-    /// Below this correlation the speed is simply noisy.
-    const CORRELATED: f64 = 0.8;
+    /// Below this correlation the speed is simply noisy, and one of the two is off by chance.
+    const CORRELATED: f64 = 0.95;
     let report = signals.iter().find(|signal| signal.name == "x")?;
     if report.maximum - report.minimum < floor(report) {
         return None;
@@ -88,9 +94,17 @@ fn speed(recording: &Recording, signals: &[SignalReport]) -> Option<Fault> {
     let factor = moved_path / moved_moved;
     let fits = (1.0 / SPEED_FACTOR..=SPEED_FACTOR).contains(&factor);
     (correlation.abs() > CORRELATED && !fits).then(|| {
-        let said = format!(
-            "is {factor:.3} times the change of x per second; the unit or the sign of one is wrong"
-        );
+        let is_of_time = UNITS_OF_TIME.iter().any(|unit| {
+            [factor, 1.0 / factor]
+                .iter()
+                .any(|times| (times.abs() / unit - 1.0).abs() < THAT_UNIT)
+        });
+        let what = if is_of_time {
+            "the unit of t is probably wrong, or that of one of the two"
+        } else {
+            "the unit or the sign of one is wrong"
+        };
+        let said = format!("is {factor:.4} times the change of x per second; {what}");
         at_odds(recording, "v", &said)
     })
 }
@@ -183,6 +197,25 @@ fn command(valve: &Valve, recording: &Recording) -> Option<Fault> {
         let said = format!(
             "is {away_v:.3} V from the valve's null in the median, but {open_v} V open it altogether; \
              the unit, `null_V` or the table of openings is wrong"
+        );
+        at_odds(recording, "u", &said)
+    })
+}
+
+/// A command that stays on one side of the null while the carriage goes to and fro.
+fn one_sided(rig: &Rig, valve: &Valve, recording: &Recording) -> Option<Fault> {
+    let stroke_m = rig.cylinder.as_ref()?.stroke_m?;
+    if !goes_to_and_fro(recording.signal("x")?, stroke_m) {
+        return None;
+    }
+    let command = recording.signal("u")?;
+    let (low_v, high_v) = (quantile_of(command, 0.0), quantile_of(command, 1.0));
+    let is_on_one_side = high_v < valve.null_v || low_v > valve.null_v;
+    (is_on_one_side && high_v > low_v).then(|| {
+        let said = format!(
+            "lies between {low_v:.3} and {high_v:.3} V and never crosses the valve's null of {} V although the carriage goes to and fro; \
+             the unit or `null_V` is wrong",
+            valve.null_v
         );
         at_odds(recording, "u", &said)
     })

@@ -21,6 +21,7 @@ use super::fault::{Fault, FaultKind, fault, floor};
 use super::gauges;
 use super::held::held;
 use super::leaps::leaps;
+use super::lifeless;
 use super::smoothing::smoothed;
 use super::spikes::spikes;
 use super::statistics::{Run, as_float, ordinary_steps, path, quantile, runs};
@@ -43,8 +44,9 @@ const DITHER_SHARE: f64 = 0.5;
 const CHANCE: f64 = 1e-9;
 /// Share of another channel's span that proves motion.
 const MOVED_SHARE: f64 = 0.1;
-/// A leap is this many times the 99.9 % quantile of the signal's own steps ...
-const LEAP_STEPS: f64 = 6.0;
+/// A leap is this many times the 99 % quantile of the signal's own steps, which a hundred dropouts in
+/// ten thousand rows do not move ...
+const LEAP_STEPS: f64 = 10.0;
 /// ... and this many times its noise.
 const LEAP_NOISE: f64 = 20.0;
 /// Shortest run at a rail, rows, and rows in such runs altogether.
@@ -93,7 +95,10 @@ pub(super) fn faults(
     let sampled: Vec<&SignalReport> = signals.iter().filter(|one| !is_held(&one.name)).collect();
     let leaps = leaps(recording, &sampled, &ordinary, rate_hz);
     faults.extend(leaps);
-    faults.extend(gauges::supply(rig, recording));
+    if let gauges::Supply::Mistaken(fault) = gauges::supply(rig, recording) {
+        faults.push(fault);
+    }
+    faults.extend(lifeless::lifeless(rig, recording, signals));
     faults.extend(contradictions(rig, recording, signals));
     faults
 }
@@ -119,12 +124,13 @@ impl Channel<'_> {
         if let Some(fault) = held(self.recording, self.report, self.values, rate_hz) {
             return vec![fault];
         }
-        if let Some(fault) = smoothed(self.recording, self.report, self.values, rate_hz) {
-            return vec![fault];
-        }
+        // Interference in step with the mains repeats like an average.
         let spikes = spikes(self.recording, self.report, self.values, self.ordinary);
         if !spikes.is_empty() {
             return spikes;
+        }
+        if let Some(fault) = smoothed(self.recording, self.report, self.values, rate_hz) {
+            return vec![fault];
         }
         let dropouts = self.dropouts();
         if !dropouts.is_empty() {
@@ -167,7 +173,13 @@ impl Channel<'_> {
 
     fn frozen(&self) -> Option<Fault> {
         let longest = *self.runs.iter().max_by_key(|run| run.length)?;
-        let next = self.longest_run(|run| run != longest);
+        let value = self.values[longest.start];
+        let is_clipped = self.is_extreme(longest);
+        // A position that is clipped holds the same value each time, and often both ends.
+        let next = self.longest_run(|run| {
+            let own = self.values[run.start].to_bits() == value.to_bits();
+            run != longest && !(is_clipped && (own || self.is_extreme(run)))
+        });
         if longest.length < FROZEN_ROWS || !self.beyond_chance(longest) {
             return None;
         }
@@ -183,6 +195,14 @@ impl Channel<'_> {
             longest.length,
         );
         Some(self.fault(FaultKind::Frozen, longest, &said))
+    }
+
+    /// Whether a run holds the largest or the smallest value.
+    fn is_extreme(&self, run: Run) -> bool {
+        let held = self.values[run.start].to_bits();
+        [self.report.maximum, self.report.minimum]
+            .iter()
+            .any(|extreme| extreme.to_bits() == held)
     }
 
     fn longest_run(&self, wanted: impl Fn(Run) -> bool) -> usize {
@@ -221,7 +241,7 @@ impl Channel<'_> {
     }
 
     fn speed_proves_motion(&self, run: Run) -> Option<String> {
-        let path = self.path_by_speed(run)?;
+        let path = self.way_by_speed(run)?;
         let least = 0.5 * MOVED_SHARE * (self.report.maximum - self.report.minimum);
         let proven = path.abs() > least.max(floor(self.report)) && self.speed_is_alive(run);
         proven.then(|| format!("while v adds up to {path:.3e} m"))
@@ -256,6 +276,20 @@ impl Channel<'_> {
         let stands = (path.abs() < 0.1 * moved.abs()).then_some(moved.abs());
         let off = bend(time_s, position).max(stands.unwrap_or(0.0));
         (off > least).then(|| format!("while x departs from uniform motion by {off:.3e} m"))
+    }
+
+    /// The farthest that the speed leads away within a run: what is clipped comes back to where it
+    /// left.
+    fn way_by_speed(&self, run: Run) -> Option<f64> {
+        let speed = &self.recording.signal("v")?[run.start..run.end()];
+        let time_s = &self.recording.time_s[run.start..run.end()];
+        let mut at_m = 0.0;
+        let steps = time_s.windows(2).zip(speed.windows(2));
+        let ways = steps.map(|(time, speed)| {
+            at_m += 0.5 * (speed[0] + speed[1]) * (time[1] - time[0]);
+            at_m
+        });
+        ways.max_by(|one, other| one.abs().total_cmp(&other.abs()))
     }
 
     fn path_by_speed(&self, run: Run) -> Option<f64> {
@@ -321,7 +355,8 @@ impl Channel<'_> {
             .collect();
         let rows: usize = held.iter().map(|run| run.length).sum();
         let longest = *held.iter().max_by_key(|run| run.length)?;
-        let elsewhere = self.longest_run(|run| !at_rail(run));
+        // A channel that is clipped at one end often is at the other too.
+        let elsewhere = self.longest_run(|run| !self.is_extreme(run));
         let long = longest.length >= RAIL_LONGEST_ROWS.max(RAIL_FACTOR * elsewhere);
         if rows < RAIL_ROWS || !long || !self.beyond_chance(longest) {
             return None;
@@ -444,10 +479,10 @@ impl Channel<'_> {
 }
 
 /// The share of a signal's steps that are taken as usual: all but one in a
-/// thousand, and in a short recording all but a few.
+/// hundred, and in a short recording all but a few.
 fn usual_share(steps: usize) -> f64 {
     let few = 1.0 - 8.0 / as_float(steps.max(1));
-    few.clamp(0.9, 0.999)
+    few.clamp(0.9, 0.99)
 }
 
 /// The largest minus the smallest value; 0 for none.

@@ -3,9 +3,10 @@
 //! The supply's gauge is compared with the declared supply pressure. Where they
 //! are further apart than the rig's own uncertainty allows, the mistakes that
 //! people make are tried: gauge pressure called absolute, absolute called gauge,
-//! a live zero (4 to 20 mA read as 0 to 20 mA) over the usual ranges. One that
-//! brings the two together is named; where none does, the difference is left to
-//! the diagnosis, as a pressure regulator may simply be set otherwise.
+//! a live zero (4 to 20 mA read as 0 to 20 mA) over the usual ranges. Of eleven such
+//! mistakes one reconciles a supply that is merely set otherwise in a quarter of the cases:
+//! it is a fault only where the chambers contradict the gauge too, and a note otherwise. The
+//! diagnosis tries the same mistakes against the motion.
 //!
 //! Chambers that gas cannot leave or enter are compared with the motion: a
 //! pressure that stays at that of the surroundings while the volume changes
@@ -29,6 +30,10 @@ const FULL_SCALES_BAR: [f64; 4] = [6.0, 10.0, 16.0, 25.0];
 /// A loop of 4 to 20 mA that is read as 0 to 20 mA: a fifth of the range, and four fifths of
 /// the pressure.
 const LIVE_ZERO: f64 = 0.2;
+/// A chamber that is compressed in motion goes above its supply by this factor at the most.
+const COMPRESSED: f64 = 1.1;
+/// Below this part of the surroundings' pressure no exhaust takes a chamber.
+const SUCKED: f64 = 0.8;
 /// A change of the volume that any closed gas answers.
 const VOLUME_CHANGE: f64 = 0.1;
 /// A pressure that moves by less than this part of what the change of volume asks for does not
@@ -37,45 +42,122 @@ const ANSWERED: f64 = 0.05;
 /// How near to the surroundings an open chamber stays.
 const NEAR_AMBIENT: f64 = 0.05;
 
-/// The supply's gauge against the rig, reconciled by a common mistake.
-pub(super) fn supply(rig: &Rig, recording: &Recording) -> Option<Fault> {
-    let declared_pa = rig.supply.as_ref()?.pressure_pa;
+/// What the supply's gauge says against the rig.
+pub(super) enum Supply {
+    /// Nothing else than the rig.
+    Agrees,
+    /// The chambers contradict the gauge as well: it is the gauge.
+    Mistaken(Fault),
+    /// The chambers follow the gauge: the regulator is set otherwise, or all gauges are read alike.
+    SetOtherwise(String),
+}
+
+/// The supply's gauge against the rig and against the chambers that it feeds.
+pub(super) fn supply(rig: &Rig, recording: &Recording) -> Supply {
+    let Some((declared_pa, read_pa)) = supply_pa(rig, recording) else {
+        return Supply::Agrees;
+    };
     let stated = rig.uncertainty_sd("supply.pressure_Pa");
     let deviation_pa = stated.unwrap_or(UNSTATED * declared_pa);
-    let read_pa = quantile(&mut recording.signal("p_s")?.to_vec(), 0.5);
     let agrees =
         |corrected_pa: f64, within: f64| (corrected_pa - declared_pa).abs() < within * deviation_pa;
     if agrees(read_pa, CONTRADICTS) {
-        return None;
+        return Supply::Agrees;
     }
-    let (what, corrected_pa) = corrections(read_pa, rig.ambient_pressure_pa())
-        .into_iter()
-        .find(|(_, corrected_pa)| agrees(*corrected_pa, AGREES))?;
-    let said = format!(
-        "reads {:.3} bar absolute where the rig declares {:.3} ± {:.3} bar: {what}, which would make it {:.3} bar; \
-         the other gauges are probably read in the same way",
+    let corrections = corrections(rig, read_pa);
+    let mut reconciling = corrections
+        .iter()
+        .filter(|(_, corrected_pa)| agrees(*corrected_pa, AGREES));
+    let stands = format!(
+        "reads {:.3} bar absolute where the rig declares {:.3} ± {:.3} bar",
         read_pa / BAR_PA,
         declared_pa / BAR_PA,
         deviation_pa / BAR_PA,
-        corrected_pa / BAR_PA,
     );
-    Some(at_odds_as(FaultKind::Inconsistent, recording, "p_s", &said))
+    match (reconciling.next(), fed_to_pa(recording)) {
+        (Some((what, corrected_pa)), Some(highest_pa)) if contradicts(highest_pa, read_pa) => {
+            let said = format!(
+                "{stands}, and a chamber reaches {:.3} bar: {what}, which would make it {:.3} bar",
+                highest_pa / BAR_PA,
+                corrected_pa / BAR_PA,
+            );
+            let fault = at_odds_as(FaultKind::Inconsistent, recording, "p_s", &said);
+            Supply::Mistaken(fault)
+        }
+        (Some((what, _)), _) if is_below_ambient(rig, recording) => {
+            let said = format!("{stands}, and a chamber falls below the surroundings: {what}");
+            let fault = at_odds_as(FaultKind::Inconsistent, recording, "p_s", &said);
+            Supply::Mistaken(fault)
+        }
+        (Some((what, _)), _) => Supply::SetOtherwise(format!(
+            "p_s {stands}: the regulator is set otherwise, or {what}, and the other gauges likewise"
+        )),
+        (None, _) => Supply::SetOtherwise(format!(
+            "p_s {stands}: the regulator is set otherwise, or the gauge's range is not the one that was entered"
+        )),
+    }
+}
+
+/// What the rig declares of the supply, and the median of its gauge.
+fn supply_pa(rig: &Rig, recording: &Recording) -> Option<(f64, f64)> {
+    let declared_pa = rig.supply.as_ref()?.pressure_pa;
+    let read_pa = quantile(&mut recording.signal("p_s")?.to_vec(), 0.5);
+    Some((declared_pa, read_pa))
+}
+
+/// The highest pressure of a chamber: no chamber is fed above the supply.
+fn fed_to_pa(recording: &Recording) -> Option<f64> {
+    let chambers = ["p_a", "p_b"].into_iter();
+    let highest =
+        chambers.filter_map(|name| Some(quantile(&mut recording.signal(name)?.to_vec(), 0.99)));
+    highest.reduce(f64::max)
+}
+
+/// Whether a chamber stands above what feeds it, by more than a compression in motion does.
+fn contradicts(highest_pa: f64, supply_pa: f64) -> bool {
+    highest_pa > COMPRESSED * supply_pa
+}
+
+/// Whether a chamber falls where no exhaust takes it.
+fn is_below_ambient(rig: &Rig, recording: &Recording) -> bool {
+    let ambient_pa = rig.ambient_pressure_pa();
+    let mut chambers = ["p_a", "p_b"].into_iter();
+    chambers.any(|name| {
+        let pressure = recording.signal(name).map(<[f64]>::to_vec);
+        pressure.is_some_and(|mut pressure| quantile(&mut pressure, 0.01) < SUCKED * ambient_pa)
+    })
 }
 
 /// What a reading would be if it had been mistaken in one of the common ways.
-fn corrections(read_pa: f64, ambient_pa: f64) -> Vec<(String, f64)> {
-    let mut all = vec![
-        (
-            "it seems to be gauge pressure declared as absolute (declare it as (g))".to_owned(),
-            read_pa + ambient_pa,
-        ),
+fn corrections(rig: &Rig, read_pa: f64) -> Vec<(String, f64)> {
+    let ambient_pa = rig.ambient_pressure_pa();
+    let is_gauge = rig
+        .signals
+        .get("p_s")
+        .is_some_and(|signal| signal.unit.is_gauge());
+    let mut all = vec![if is_gauge {
         (
             "it seems to be absolute pressure declared as gauge (declare it as (abs))".to_owned(),
             read_pa - ambient_pa,
-        ),
-    ];
+        )
+    } else {
+        (
+            "it seems to be gauge pressure declared as absolute (declare it as (g))".to_owned(),
+            read_pa + ambient_pa,
+        )
+    }];
+    // In the rig file the same slip is made in the other direction.
+    all.push((
+        "`supply.pressure_Pa` seems to be a gauge pressure (add that of the surroundings)"
+            .to_owned(),
+        read_pa - ambient_pa,
+    ));
     for full_scale_bar in FULL_SCALES_BAR {
         let full_scale_pa = full_scale_bar * BAR_PA;
+        // No transmitter shows more than its range.
+        if read_pa > full_scale_pa {
+            continue;
+        }
         all.push((
             format!("4 to 20 mA over {full_scale_bar} bar seem to be read as 0 to 20 mA (give the signal its scale and offset)"),
             (read_pa - LIVE_ZERO * full_scale_pa) / (1.0 - LIVE_ZERO),

@@ -18,6 +18,7 @@ mod gauges;
 mod held;
 pub mod lateness;
 mod leaps;
+mod lifeless;
 mod smoothing;
 mod spikes;
 mod statistics;
@@ -143,7 +144,15 @@ pub fn inspect(rig: &Rig, recording: &Recording) -> Inspection {
     let excitation = excitation::excitation(rig, recording, &signals);
     let faults = faults::faults(rig, recording, &signals, &excitation, timing.rate_hz);
     let mut notes = notes(recording, &signals);
-    notes.extend(smoothing_notes(recording, &signals, timing.rate_hz));
+    notes.extend(smoothing_notes(
+        recording,
+        &signals,
+        &faults,
+        timing.rate_hz,
+    ));
+    if let gauges::Supply::SetOtherwise(note) = gauges::supply(rig, recording) {
+        notes.push(note);
+    }
     Inspection {
         recording: recording.name.clone(),
         rows: recording.len(),
@@ -262,8 +271,17 @@ fn notes(recording: &Recording, signals: &[SignalReport]) -> Vec<String> {
 }
 
 /// Columns that are smoothed, by less than what makes a fault.
-fn smoothing_notes(recording: &Recording, signals: &[SignalReport], rate_hz: f64) -> Vec<String> {
+fn smoothing_notes(
+    recording: &Recording,
+    signals: &[SignalReport],
+    faults: &[Fault],
+    rate_hz: f64,
+) -> Vec<String> {
     let note = |report: &SignalReport| {
+        // A channel with a fault has its cause already.
+        if faults.iter().any(|fault| fault.signal == report.name) {
+            return None;
+        }
         let values = recording.signal(&report.name)?;
         let width = smoothing::width_rows(report, values)?;
         Some(format!(

@@ -15,6 +15,9 @@ use crate::recording::Recording;
 
 /// Correlation at the width from which on a column is smoothed.
 const SMOOTHED: f64 = -0.4;
+/// Lags so near to the width share its correlation, and all others have less than this.
+const NEAR_WIDTH: usize = 3;
+const ELSEWHERE: f64 = 0.25;
 /// Widths that are looked for, rows: below, third differences of white noise correlate too.
 const WIDTHS: std::ops::RangeInclusive<usize> = 4..=200;
 /// Fewer rows say nothing.
@@ -47,7 +50,11 @@ pub(super) fn width_rows(report: &SignalReport, values: &[f64]) -> Option<usize>
     let (width, least) = WIDTHS
         .map(|lag| (lag, product(lag) / whole))
         .min_by(|one, other| one.1.total_cmp(&other.1))?;
-    (least < SMOOTHED).then_some(width)
+    // A periodic motion correlates at other lags too; an average only at its width.
+    let is_alone = WIDTHS
+        .filter(|lag| lag.abs_diff(width) > NEAR_WIDTH)
+        .all(|lag| (product(lag) / whole).abs() < ELSEWHERE);
+    (least < SMOOTHED && is_alone).then_some(width)
 }
 
 /// How late a moving average makes a column, s.
@@ -101,6 +108,20 @@ mod tests {
             .collect();
         let mean = |rows: &[f64]| rows.iter().sum::<f64>() / width as f64;
         raw.windows(width).map(mean).collect()
+    }
+
+    /// A motion that repeats, with gauges so quiet that their differences are the motion's.
+    #[test]
+    fn prop_a_periodic_motion_is_no_average() {
+        for period in [40.0, 124.0, 333.0] {
+            let values: Vec<f64> = (0..6000)
+                .map(|row| {
+                    let phase = f64::from(row) / period * std::f64::consts::TAU;
+                    5e5 + 1e5 * phase.sin() + 2e4 * (3.0 * phase).sin()
+                })
+                .collect();
+            assert_eq!(width_rows(&report(), &values), None, "{period}");
+        }
     }
 
     #[test]

@@ -63,6 +63,7 @@ fn find(report: &SignalReport, values: &[f64], ordinary: &[bool]) -> Vec<(Run, f
         .max(report.quantum.unwrap_or(0.0))
         .max(report.declared_resolution.unwrap_or(0.0));
     let mut found = Vec::new();
+    found.extend(at_an_end(values, ordinary, least, true));
     let mut row = NEIGHBOURS;
     while row < values.len() {
         let spike = (1..=LONGEST).find_map(|length| {
@@ -72,7 +73,46 @@ fn find(report: &SignalReport, values: &[f64], ordinary: &[bool]) -> Vec<(Run, f
         row = spike.map_or(row + 1, |(run, _)| run.end());
         found.extend(spike);
     }
+    found.extend(at_an_end(values, ordinary, least, false));
     found
+}
+
+/// A spike among the first or the last rows, against the line of the rows further in. Motion may
+/// begin there: what is extrapolated is to be exceeded twice as far.
+fn at_an_end(
+    values: &[f64],
+    ordinary: &[bool],
+    least_scatter: f64,
+    is_first: bool,
+) -> Option<(Run, f64)> {
+    let last = values.len().checked_sub(4 * NEIGHBOURS)? + 4 * NEIGHBOURS - 1;
+    // From the inside out, counted from the end in question.
+    (0..NEIGHBOURS).rev().find_map(|outside| {
+        let (row, begin) = if is_first {
+            (outside, outside + 1)
+        } else {
+            (last - outside, last - outside - 2 * NEIGHBOURS)
+        };
+        let (middle, end) = (begin + NEIGHBOURS, begin + 2 * NEIGHBOURS);
+        let steps = begin.min(row)..(end - 1).max(row);
+        if !ordinary[steps].iter().all(|step| *step) {
+            return None;
+        }
+        let inner = [
+            (begin, &values[begin..middle]),
+            (middle, &values[middle..end]),
+        ];
+        let line = Line::through(inner[0], inner[1]);
+        let off = |row: usize| values[row] - line.at(row);
+        let mut scatter: Vec<f64> = (begin..end).map(|row| off(row).abs()).collect();
+        scatter.sort_by(|one, other| other.total_cmp(one));
+        let least = 2.0 * TIMES_SCATTER * scatter[SPOILED].max(least_scatter);
+        let run = Run {
+            start: row,
+            length: 1,
+        };
+        (off(row).abs() > least).then(|| (run, off(row)))
+    })
 }
 
 /// How far the rows of a run stand off the line of their neighbours, all on one side,

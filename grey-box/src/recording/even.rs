@@ -22,6 +22,12 @@ const SCATTER_STEPS: std::ops::Range<f64> = 0.05..20.0;
 const REMEMBERED: f64 = 0.3;
 /// The right times predict moving rows better by this factor at least.
 const BETTER: f64 = 1.5;
+/// Steps of rounded stamps take this many values and one more at the most ...
+const FEW_STEPS: usize = 2;
+/// ... each to within this part of the grid's step.
+const ALIKE: f64 = 0.03;
+/// ... and a rounding is finer than this part of it: a whole step is a lost row.
+const COARSEST: f64 = 0.75;
 /// Share of the rows that move most.
 const MOVING: f64 = 0.2;
 /// The least late stamps: they lie on the grid.
@@ -45,6 +51,17 @@ pub(super) fn grid(stamps_s: &[f64], columns: &[&[f64]], disorder: Option<u32>) 
         .enumerate()
         .map(|(row, stamp_s)| stamp_s - line.at(row))
         .collect();
+    if let Some(rounding_s) = rounding(stamps_s, &scatter_s, line.step_s) {
+        return Some(Even {
+            time_s: (0..stamps_s.len()).map(|row| line.at(row)).collect(),
+            remark: format!(
+                "the time stamps are rounded to {} ms while the rows were sampled evenly: \
+                 the rows are placed {} ms apart",
+                plain(1e3 * rounding_s, 3),
+                plain(1e3 * line.step_s, 5)
+            ),
+        });
+    }
     let mut sorted = scatter_s.clone();
     sorted.sort_by(f64::total_cmp);
     let quantile = |share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
@@ -74,6 +91,25 @@ pub(super) fn grid(stamps_s: &[f64], columns: &[&[f64]], disorder: Option<u32>) 
             ),
         }
     })
+}
+
+/// What even stamps were rounded to, s: their steps take a few values that are a rounding apart, and
+/// none is further from the grid than rounding takes it.
+fn rounding(stamps_s: &[f64], scatter_s: &[f64], step_s: f64) -> Option<f64> {
+    let alike_s = ALIKE * step_s;
+    let mut steps_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps_s.sort_by(f64::total_cmp);
+    let leaps_s = steps_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let apart_s: Vec<f64> = leaps_s.filter(|leap_s| *leap_s > alike_s).collect();
+    let rounding_s = apart_s.iter().copied().reduce(f64::max)?;
+    let farthest_s = scatter_s
+        .iter()
+        .fold(0.0_f64, |most, one| most.max(one.abs()));
+    let is_rounded = apart_s.len() <= FEW_STEPS
+        && rounding_s > SCATTER_STEPS.start * step_s
+        && rounding_s < COARSEST * step_s
+        && farthest_s < rounding_s;
+    is_rounded.then_some(rounding_s)
 }
 
 /// The straight line of stamps over rows, by least squares.
@@ -201,6 +237,29 @@ mod tests {
         );
     }
 
+    /// Seconds since some day, as 32-bit numbers: 0.49 ms apart.
+    #[test]
+    fn val_rounded_stamps_of_even_rows_are_put_right() {
+        let (_, values) = recording(true);
+        for begin_s in [5000.0, 5000.0003] {
+            let stamps_s: Vec<f64> = (0..3000)
+                .map(|row| f64::from((begin_s + STEP_S * f64::from(row)) as f32))
+                .collect();
+            let even = grid(&stamps_s, &[&values], None).expect("rounded");
+            let steps_s = even.time_s.windows(2).map(|pair| pair[1] - pair[0]);
+            assert!(
+                steps_s
+                    .into_iter()
+                    .all(|step_s| (step_s - STEP_S).abs() < 1e-6)
+            );
+            assert!(
+                even.remark.contains("rounded to 0.488 ms"),
+                "{}",
+                even.remark
+            );
+        }
+    }
+
     #[test]
     fn prop_true_stamps_of_uneven_rows_stay() {
         let (stamps_s, values) = recording(false);
@@ -220,5 +279,9 @@ mod tests {
             .map(|row| STEP_S * f64::from(if row < 1500 { row } else { row + 150 }))
             .collect();
         assert!(grid(&lost, &[&values], None).is_none());
+        let one_lost: Vec<f64> = (0..3000)
+            .map(|row| STEP_S * f64::from(if row < 1500 { row } else { row + 1 }))
+            .collect();
+        assert!(grid(&one_lost, &[&values], None).is_none());
     }
 }

@@ -655,6 +655,18 @@ impl<'t> Reader<'t> {
     }
 
     fn no_such_value(&self, span: Range<usize>, key: &str, target: &str) -> RigError {
+        let known = NUMBERS.iter().find(|number| number.name == target);
+        if let (Some(number), Some((section, name))) = (known, target.split_once('.')) {
+            return self.error(
+                Some(span),
+                Some(key),
+                format!("is of a number that the rig file does not state: [{section}] {name}"),
+                &format!(
+                    "{name} = a value in {} (typical {}), or no uncertainty of it",
+                    number.facts.unit, number.facts.typical
+                ),
+            );
+        }
         let known = self.rig.value_keys();
         let expected = match closest(target, known.iter().map(String::as_str)) {
             Some(name) => format!("a number of this rig, did you mean \"{name}\"?"),

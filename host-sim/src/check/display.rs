@@ -11,7 +11,7 @@ impl fmt::Display for Check {
         for fault in &self.rig_faults {
             writeln!(out, "  ERROR: {fault}")?;
         }
-        if self.laws.is_empty() {
+        if self.laws.is_empty() && self.rig_faults.is_empty() {
             writeln!(
                 out,
                 "  ERROR: describes no law: it has neither [chambers], [carriage], [friction] nor [actuator]"
@@ -33,6 +33,9 @@ impl fmt::Display for Check {
                 one.why
             )?;
         }
+        for remark in &self.unusual {
+            writeln!(out, "  note: {remark}")?;
+        }
         if !self.exact.is_empty() {
             writeln!(
                 out,
@@ -42,6 +45,12 @@ impl fmt::Display for Check {
         }
         for recording in &self.recordings {
             write_recording(out, recording)?;
+        }
+        if !self.rig_faults.is_empty() && !self.recordings.is_empty() {
+            writeln!(
+                out,
+                "the recordings were not compared with the rig file: correct it first"
+            )?;
         }
         let verdict = if self.usable { "usable" } else { "NOT USABLE" };
         writeln!(out, "{verdict}")

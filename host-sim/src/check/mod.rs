@@ -31,6 +31,8 @@ pub struct Check {
     pub assumed: Vec<Assumed>,
     /// Numbers without an entry in `[uncertainty]`, which no fit moves.
     pub exact: Vec<String>,
+    /// Numbers far from what is typical, one line each.
+    pub unusual: Vec<String>,
     /// Each recording.
     pub recordings: Vec<RecordingCheck>,
 }
@@ -84,6 +86,7 @@ impl Check {
             laws,
             assumed: crate::laws::needs::assumed(rig),
             exact: exact(rig),
+            unusual: unusual(rig),
             recordings: Vec::new(),
         }
     }
@@ -91,6 +94,8 @@ impl Check {
     /// Adds what a recording shows, or why it cannot be read.
     pub fn add(&mut self, rig: &Rig, name: &str, recording: Result<Recording, String>) {
         let checked = match recording {
+            // What a faulty rig file says of the recordings is not to be believed.
+            Ok(recording) if !self.rig_faults.is_empty() => RecordingCheck::read(name, &recording),
             Ok(recording) => {
                 let mut checked = RecordingCheck::of(name, inspect(rig, &recording));
                 checked.remarks.extend(lateness::remarks(rig, &recording));
@@ -104,6 +109,17 @@ impl Check {
 }
 
 impl RecordingCheck {
+    /// A recording that was read and not judged.
+    fn read(name: &str, recording: &Recording) -> Self {
+        Self {
+            error: None,
+            rows: recording.len(),
+            remarks: recording.remarks.clone(),
+            rate_hz: 1.0 / crate::laws::median_step_s(&recording.time_s),
+            ..Self::unreadable(name, String::new())
+        }
+    }
+
     fn unreadable(name: &str, error: String) -> Self {
         Self {
             recording: name.into(),
@@ -146,6 +162,43 @@ impl NoiseCheck {
             visible: signal.noise_visible,
         }
     }
+}
+
+/// How many times above or below what is typical a number is remarked on: a wrong unit is off by a
+/// hundred or more, and typical ranges span twenty.
+const UNUSUAL: f64 = 10.0;
+
+/// Numbers that are far from the typical ones of their keys.
+fn unusual(rig: &Rig) -> Vec<String> {
+    let keys = rig.value_keys().into_iter();
+    let of_axis = keys.filter(|key| !key.starts_with("horizon."));
+    let said = of_axis.filter_map(|key| {
+        let facts = crate::rig::describe(&key)?;
+        let (low, high) = typical_range(facts.typical)?;
+        let size = rig.value(&key)?.abs();
+        let is_off = size > UNUSUAL * high || size > 0.0 && size * UNUSUAL < low;
+        is_off.then(|| {
+            format!(
+                "{key} = {} {} is far from typical ({}): is the unit right?",
+                crate::text::plain(size, 4),
+                facts.unit,
+                facts.typical
+            )
+        })
+    });
+    said.collect()
+}
+
+/// The numbers of "0.05 to 2": positive ones only, as others have no size to compare with.
+fn typical_range(typical: &str) -> Option<(f64, f64)> {
+    let (low, high) = typical.split_once(" to ").unwrap_or((typical, typical));
+    let number = |text: &str| text.split_whitespace().next()?.parse::<f64>().ok();
+    let (low, high) = (number(low)?, number(high)?);
+    let words = typical
+        .split_whitespace()
+        .filter(|word| word.parse::<f64>().is_err());
+    let is_bare = words.filter(|word| *word != "to").count() == 0;
+    (is_bare && low > 0.0 && high >= low).then_some((low, high))
 }
 
 /// Numbers that a person measured or guessed and gave no deviation.

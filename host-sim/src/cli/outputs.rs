@@ -19,12 +19,24 @@ use crate::text::file_name;
 /// standard input or output stand for, or over what is no regular file.
 pub(super) fn check_outputs(inputs: &[&PathBuf], outputs: &[&PathBuf]) -> Result<(), CommandError> {
     let inputs: Vec<Place> = inputs.iter().map(|path| Place::of_input(path)).collect();
+    read_once(&inputs)?;
     let mut taken: Vec<Place> = Vec::new();
     for output in outputs {
         let refuse = |problem: &str| {
             let shown = file_name(&output.display().to_string());
             Err(bad_input(format!("{shown}: {problem}")))
         };
+        if output.as_os_str() == "-" {
+            return refuse(
+                "is no file, expected the name of one: the terminal shows the result anyway",
+            );
+        }
+        if output.to_string_lossy().ends_with(std::path::is_separator) {
+            return refuse("names a folder, expected a file in it");
+        }
+        if without_part(output) != **output {
+            return refuse("would be read as a part of a recording, expected a name without @");
+        }
         let place = Place::of(output);
         if inputs.contains(&place) {
             return refuse("is an input, expected another file to write to");
@@ -45,6 +57,20 @@ pub(super) fn check_outputs(inputs: &[&PathBuf], outputs: &[&PathBuf]) -> Result
             return refuse("is no regular file, expected a file to write to");
         }
         taken.push(place);
+    }
+    Ok(())
+}
+
+/// Refuses a pipe that is given twice: it can be read once, and the second reader would wait for ever.
+fn read_once(inputs: &[Place]) -> Result<(), CommandError> {
+    for (index, place) in inputs.iter().enumerate() {
+        let is_pipe = place.path.exists() && !place.path.is_file() && !place.path.is_dir();
+        if is_pipe && inputs[..index].contains(place) {
+            let shown = file_name(&place.path.display().to_string());
+            return Err(bad_input(format!(
+                "{shown}: is a pipe and is given twice, expected each input once"
+            )));
+        }
     }
     Ok(())
 }
