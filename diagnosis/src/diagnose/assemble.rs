@@ -15,6 +15,7 @@ use crate::inspect::Fault;
 use crate::laws::Output;
 use crate::recording::Recording;
 use crate::rig::Rig;
+use crate::signals::Reading;
 use crate::text::rounded;
 use std::collections::BTreeMap;
 
@@ -135,12 +136,12 @@ fn short_name(name: &str) -> &str {
 /// Fitted sizes of a candidate's parameters, by the last law that they were free in: what the
 /// chambers have shown of sensors the forces may know better.
 fn sizes(laws: &[LawDiagnosis], law: &LawDiagnosis, candidate: &Candidate) -> Vec<Size> {
-    let has_it = |model: &&Fitted| {
+    let has_it = |law: &&LawDiagnosis| {
         let mut free = candidate.free.iter();
-        free.any(|free| model.place(&free.key).is_some())
+        free.any(|free| law.improved.place(&free.key).is_some())
     };
-    let mut models = laws.iter().rev().map(|law| &law.improved);
-    let fitted = models.find(has_it).unwrap_or(&law.improved);
+    let law = laws.iter().rev().find(has_it).unwrap_or(law);
+    let (fitted, times) = (&law.improved, times_the_noise(law));
     fitted
         .names
         .iter()
@@ -156,9 +157,21 @@ fn sizes(laws: &[LawDiagnosis], law: &LawDiagnosis, candidate: &Candidate) -> Ve
             effect: candidate.effect.to_owned(),
             parameter: short_name(name).to_owned(),
             value,
-            std,
+            std: std.map(|std| std * times),
         })
         .collect()
+}
+
+/// What a law leaves of its outputs, in units of their noise, rms and 1 at the least: what is not
+/// explained moves the numbers as noise of that size would (Birge's ratio).
+fn times_the_noise(law: &LawDiagnosis) -> f64 {
+    let squares = law.improved.mean_square.iter().zip(&law.noise);
+    let squares: Vec<f64> = squares
+        .map(|(square, noise)| square / (noise * noise))
+        .filter(|square| square.is_finite())
+        .collect();
+    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    mean.max(1.0).sqrt()
 }
 
 /// Named effects; the same effect at two places is one.
@@ -570,7 +583,7 @@ fn noise_floor(
 fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
     let mut all = BTreeMap::new();
     for law in laws {
-        let improved = law.for_the_rig();
+        let (improved, times) = (law.for_the_rig(), times_the_noise(law));
         let (before, after) = (law.baseline.shared_values(), improved.shared_values());
         for key in before.keys().chain(after.keys()) {
             let index = improved.place(key);
@@ -578,7 +591,9 @@ fn parameters(rig: &Rig, laws: &[LawDiagnosis]) -> BTreeMap<String, Parameter> {
                 given: rig.value(key),
                 refitted: before.get(key).copied(),
                 improved: after.get(key).copied(),
-                std: index.and_then(|index| improved.standard_deviations[index]),
+                std: index
+                    .and_then(|index| improved.standard_deviations[index])
+                    .map(|std| std * times),
                 at_bound: index.is_some_and(|index| improved.at_bound[index]),
             };
             all.insert(key.clone(), parameter);
@@ -613,6 +628,31 @@ fn unexplained_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String>
     laws.iter().flat_map(of_law).collect()
 }
 
+/// A refit is remarked on from this factor on by which it is worse than the rig file in held-out data:
+/// where both are at the noise they differ by a few per cent.
+const WORSE_THAN_GIVEN: f64 = 2.0;
+
+/// Signals that the rig file as given predicts better than its refit, in held-out data.
+fn worse_than_given_notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit) -> Vec<String> {
+    let outputs = laws.iter().flat_map(|law| law.law.outputs(rig));
+    let note = |output: Output| {
+        let of = |figures: &FitFigures| figures.free_run_held_out.get(output.signal).copied();
+        let (given, improved) = (of(&fit.as_given)?, of(&fit.improved)?);
+        (improved > WORSE_THAN_GIVEN * given).then(|| {
+            let reading = Reading::of_signal(rig, output.signal);
+            let [improved, given] =
+                [improved, given].map(|error| words::digits(reading.difference(error)));
+            format!(
+                "{}: in held-out data the rig file as given is better, {given} {unit} against {improved} {unit}; \
+                 what was refitted of its law hangs on events that the training recordings hold few of",
+                crate::signals::titled(output.signal),
+                unit = reading.unit,
+            )
+        })
+    };
+    outputs.filter_map(note).collect()
+}
+
 fn refuted_note(law: &LawDiagnosis) -> Option<String> {
     let Refuted { what, how } = law.refuted.as_ref()?;
     Some(format!(
@@ -638,6 +678,7 @@ fn notes(rig: &Rig, laws: &[LawDiagnosis], fit: &Fit, train: &[Recording]) -> Ve
     notes.extend(shown::hidden_note(laws));
     notes.extend(laws.iter().filter_map(lost_commands_note));
     notes.extend(unexplained_notes(rig, laws, fit));
+    notes.extend(worse_than_given_notes(rig, laws, fit));
     for law in laws {
         for (place, &index) in law.improved.set.iter().enumerate() {
             let candidate = &law.candidates[index];
