@@ -383,54 +383,153 @@ pub fn diagnose<E>(
 ) -> Result<Diagnosis, E> {
     progress("checking the recordings");
     recording_set::sort(&mut train);
-    let look = |recording: &Recording| inspect::inspect(rig, recording);
-    let held_out = in_order(read_held_out()?);
-    let inspections: Vec<Inspection> = train.iter().chain(&held_out).map(look).collect();
-    let mut faults = faults(train.iter().chain(&held_out), &inspections);
-    let in_use = inspect::with_noise_in_use(rig, &inspections);
-    let stated = with_built_in_priors(&in_use);
-    if faults.is_empty() && rig.cylinder.is_some() {
-        progress("whether gauges, wires and logger fit the rig");
-        faults.extend(instruments::mistake(&stated, &train));
-    }
-    let (train, mut notes) = gaps::parted(rig, train);
-    let measured = if faults.is_empty() && rig.states_flow() {
-        progress("the valve's areas over the opening, which the rig file does not state");
-        let tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
-        valve_flow::measure(&in_use, &tracks).ok()
-    } else {
-        None
-    };
-    let with_areas = |rig: &Rig| measured.as_ref().map(|valve| valve.applied(rig));
+    let mut heard = Heard::of(rig, train, in_order(read_held_out()?));
+    heard.blame_instruments(progress);
+    let mut notes = heard.part();
+    let valve = heard.measured_valve(progress);
+    let with_areas = |rig: &Rig| valve.as_ref().map(|valve| valve.applied(rig));
     let given = &with_areas(rig).unwrap_or_else(|| rig.clone());
-    let rig = &with_areas(&in_use).map_or(stated, |rig| with_built_in_priors(&rig));
-    let recorded = |name: &str| {
-        train
-            .iter()
-            .all(|recording| recording.signal(name).is_some())
-    };
+    let rig = &with_built_in_priors(&with_areas(&heard.in_use).unwrap_or(heard.in_use.clone()));
+    let is_sound = heard.faults.is_empty();
+    let (train, held_out) = (&heard.train, &heard.held_out);
     let mut laws = Vec::new();
-    if faults.is_empty() {
-        let mut known = Known::new(rig, &train);
-        for law in Law::of(rig, &recorded) {
-            let diagnosis = diagnose_law(law, &known, bank, progress);
-            if let Some(law) = &diagnosis {
-                known.learn(law);
-            }
-            laws.extend(diagnosis);
-        }
-        scale::blame(&known, &mut laws);
+    if is_sound {
+        laws = diagnosed_laws(rig, train, bank, progress);
     }
     progress("predicting the held-out recordings");
-    let (held_out, of_held_out) = gaps::parted(rig, held_out);
-    notes.extend(of_held_out);
-    let mut heard = Cow::from(&held_out);
-    for law in &mut laws {
+    prove(rig, &mut laws, (train, held_out), progress);
+    let velocity = is_sound.then(|| velocity(rig, &laws, train)).flatten();
+    let improved_rig = assemble::improved_rig(given, &laws);
+    let mut verdict = assemble::verdict(
+        rig,
+        &laws,
+        velocity.as_ref(),
+        &heard.faults,
+        train,
+        held_out,
+    );
+    let doubts = heard.doubts(&verdict);
+    notes.extend(doubts.iter().map(|doubt| doubt.says.clone()));
+    verdict.doubts = of_faults(&heard.faults).chain(doubts).collect();
+    verdict.assumed = needs::assumed(rig);
+    verdict.assumed.extend(valve.iter().map(measured_areas));
+    notes.extend(remarks_on_rig(rig, &laws, &verdict, train));
+    verdict.notes.extend(notes);
+    Ok(Diagnosis {
+        verdict,
+        laws,
+        velocity,
+        improved_rig,
+        train: heard.train,
+        held_out: heard.held_out,
+    })
+}
+
+/// The recordings with what inspection says of them.
+struct Heard {
+    train: Vec<Recording>,
+    held_out: Vec<Recording>,
+    inspections: Vec<Inspection>,
+    faults: Vec<(String, Fault)>,
+    /// The rig with the noise that counts.
+    in_use: Rig,
+}
+
+impl Heard {
+    fn of(rig: &Rig, train: Vec<Recording>, held_out: Vec<Recording>) -> Self {
+        let all = || train.iter().chain(&held_out);
+        let inspections: Vec<Inspection> = all().map(|one| inspect::inspect(rig, one)).collect();
+        let faults = faults(all(), &inspections);
+        let in_use = inspect::with_noise_in_use(rig, &inspections);
+        Self {
+            train,
+            held_out,
+            inspections,
+            faults,
+            in_use,
+        }
+    }
+
+    /// Gauges, wires and logger, by trial.
+    fn blame_instruments(&mut self, progress: &dyn Fn(&str)) {
+        if self.faults.is_empty() && self.in_use.cylinder.is_some() {
+            progress("whether gauges, wires and logger fit the rig");
+            let stated = with_built_in_priors(&self.in_use);
+            self.faults
+                .extend(instruments::mistake(&stated, &self.train));
+        }
+    }
+
+    /// Parts recordings at their gaps; says where.
+    fn part(&mut self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for recordings in [&mut self.train, &mut self.held_out] {
+            let (parted, of_these) = gaps::parted(&self.in_use, std::mem::take(recordings));
+            *recordings = parted;
+            notes.extend(of_these);
+        }
+        notes
+    }
+
+    /// The valve, where the rig file states one flow of it only.
+    fn measured_valve(&self, progress: &dyn Fn(&str)) -> Option<ValveFlow> {
+        if !self.faults.is_empty() || !self.in_use.states_flow() {
+            return None;
+        }
+        progress("the valve's areas over the opening, which the rig file does not state");
+        let tracks: Vec<Track<'_>> = self.train.iter().map(Track::new).collect();
+        valve_flow::measure(&self.in_use, &tracks).ok()
+    }
+
+    /// What is to be doubted of recordings and numbers.
+    fn doubts(&self, verdict: &Verdict) -> Vec<inspect::Doubt> {
+        let mut doubts = remarks_on_reading(&self.train, &self.held_out);
+        doubts.extend(inspect::noise_doubts(&self.inspections));
+        doubts.extend(remarks::at_bounds(&verdict.parameters));
+        doubts
+    }
+}
+
+/// The laws that the rig describes, one after the other: each knows what those before it have shown.
+fn diagnosed_laws(
+    rig: &Rig,
+    train: &[Recording],
+    bank: &dyn Bank,
+    progress: &dyn Fn(&str),
+) -> Vec<LawDiagnosis> {
+    let mut laws = Vec::new();
+    let mut known = Known::new(rig, train);
+    for law in Law::of(rig, &|name| is_in_all(train, name)) {
+        let diagnosis = diagnose_law(law, &known, bank, progress);
+        if let Some(law) = &diagnosis {
+            known.learn(law);
+        }
+        laws.extend(diagnosis);
+    }
+    scale::blame(&known, &mut laws);
+    laws
+}
+
+fn is_in_all(recordings: &[Recording], name: &str) -> bool {
+    let mut all = recordings.iter();
+    all.all(|recording| recording.signal(name).is_some())
+}
+
+/// Lets held-out recordings judge what was found; what one law shows of their pressures, the next
+/// hears.
+fn prove(
+    rig: &Rig,
+    laws: &mut [LawDiagnosis],
+    (train, held_out): (&[Recording], &[Recording]),
+    progress: &dyn Fn(&str),
+) {
+    let mut heard = Cow::from(held_out);
+    for law in &mut *laws {
         let tracks: Vec<Track<'_>> = heard.iter().map(Track::new).collect();
         law.prove(rig, &tracks, &heard);
         if law.refuted.is_some() {
             progress("input error that explains the misfit");
-            law.ask_for_input_anew(rig, &train);
+            law.ask_for_input_anew(rig, train);
         }
         if proof::surprises(law, &heard) {
             law.is_surprised = true;
@@ -442,36 +541,25 @@ pub fn diagnose<E>(
             heard = Cow::from(mended);
         }
     }
-    hidden_gauge::put_beside_force(rig, &mut laws);
-    let velocity = (faults.is_empty())
-        .then(|| velocity(rig, &laws, &train))
-        .flatten();
-    let improved_rig = assemble::improved_rig(given, &laws);
-    let mut verdict = assemble::verdict(rig, &laws, velocity.as_ref(), &faults, &train, &held_out);
-    let mut doubts = remarks_on_reading(&train, &held_out);
-    doubts.extend(inspect::noise_doubts(&inspections));
-    doubts.extend(remarks::at_bounds(&verdict.parameters));
-    notes.extend(doubts.iter().map(|doubt| doubt.says.clone()));
-    verdict.doubts = of_faults(&faults).chain(doubts).collect();
-    let lacks = needs::lacks(rig, &recorded);
-    notes.extend(lacks.iter().map(ToString::to_string));
-    verdict.assumed = needs::assumed(rig);
-    verdict.assumed.extend(measured.iter().map(measured_areas));
+    hidden_gauge::put_beside_force(rig, laws);
+}
+
+/// What the laws say of the rig's numbers beside the verdict.
+fn remarks_on_rig(
+    rig: &Rig,
+    laws: &[LawDiagnosis],
+    verdict: &Verdict,
+    train: &[Recording],
+) -> Vec<String> {
+    let lacks = needs::lacks(rig, &|name| is_in_all(train, name));
+    let mut notes: Vec<String> = lacks.iter().map(ToString::to_string).collect();
     notes.extend(remarks::unrefitted(rig));
-    notes.extend(remarks::too_sure(rig, &laws));
-    notes.extend(remarks::stood_in(rig, &laws));
-    notes.extend(remarks::strayed(rig, &laws, &verdict.parameters));
-    notes.extend(remarks::assumed_curve(rig, &laws));
-    notes.extend(remarks::unjudged(rig, &laws));
-    verdict.notes.extend(notes);
-    Ok(Diagnosis {
-        verdict,
-        laws,
-        velocity,
-        improved_rig,
-        train,
-        held_out,
-    })
+    notes.extend(remarks::too_sure(rig, laws));
+    notes.extend(remarks::stood_in(rig, laws));
+    notes.extend(remarks::strayed(rig, laws, &verdict.parameters));
+    notes.extend(remarks::assumed_curve(rig, laws));
+    notes.extend(remarks::unjudged(rig, laws));
+    notes
 }
 
 /// What stands in the place of areas that the rig file does not state.

@@ -130,7 +130,7 @@ fn of_shape(variable: &VariableShare, curve: &[f64], size: bool, rig: &Rig) -> S
     let both_signs = changes_sign(&x);
     if both_signs && even.abs() >= SHAPE && even.abs() > line.abs() {
         let verb = if even > 0.0 { "increases" } else { "decreases" };
-        return format!("{verb} with abs({name})");
+        return format!("{verb} with the size of the {name}");
     }
     if line.abs() >= SHAPE {
         let verb = match (size, line > 0.0) {
@@ -147,12 +147,17 @@ fn of_shape(variable: &VariableShare, curve: &[f64], size: bool, rig: &Rig) -> S
         .map_or(0, |(place, _)| place);
     let reading = Reading::of_quantity(rig, variable.unit);
     let place = reading.difference(x.get(largest).copied().unwrap_or(0.0));
-    let text = format!(
-        "depends on {name}, largest near {} {}",
-        plain(place, 2),
-        reading.unit
-    );
-    text.trim_end().to_owned()
+    // The command of a valve is counted from its null here, as its opening is.
+    let from_null = if name == "command" && rig.valve.is_some() {
+        " from the null"
+    } else {
+        ""
+    };
+    let at = format!("{} {}", plain(place, 2), reading.unit);
+    format!(
+        "depends on {name}, largest near {}{from_null}",
+        at.trim_end()
+    )
 }
 
 fn positions(variable: &VariableShare) -> Vec<f64> {

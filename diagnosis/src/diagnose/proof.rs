@@ -217,25 +217,30 @@ impl Frozen {
             let squares = row_squares(&predicted, &basis.recorded(0), &sigma);
             squares.iter().sum::<f64>()
         };
-        // A weak effect does not show within a window: then it is begun from the
-        // best of those that come and stay, or from none.
-        let time_s = &tracks[0].recording.time_s;
-        let from = |part: usize| time_s[time_s.len() * part / ONSETS_TRIED];
-        let stays = (0..ONSETS_TRIED).map(|part| vec![(from(part), f64::INFINITY)]);
         let seen_or_not = [seen.spans_s, nowhere.spans_s].into_iter().flatten();
-        let leaps = if effect == leaps::OFFSET {
-            leaps::of_gauges(&self.rig, tracks)
-        } else {
-            Vec::new()
-        };
-        let leaps = leaps.into_iter().flatten();
-        let tried = seen_or_not.chain(leaps).chain(stays).filter_map(|spans_s| {
+        let begun = seen_or_not.chain(self.onsets(effect, tracks));
+        let tried = begun.filter_map(|spans_s| {
             let values = fitted(&spans_s)?;
             Some((cost(&values, &spans_s), spans_s, values))
         });
         let (_, begun, values) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let refined = refined_each(&begun, |spans_s| cost(&values, spans_s));
         Some(at(&refined))
+    }
+
+    /// Spans to begin from: a weak effect does not show within a window, and may come and stay; an
+    /// offset of a gauge comes where the gauge leaps.
+    fn onsets(&self, effect: &str, tracks: &[Track<'_>]) -> impl Iterator<Item = Vec<(f64, f64)>> {
+        let time_s = &tracks[0].recording.time_s;
+        let from = |part: usize| time_s[time_s.len() * part / ONSETS_TRIED];
+        let stays = (0..ONSETS_TRIED).map(|part| vec![(from(part), f64::INFINITY)]);
+        let leaps = if effect == leaps::OFFSET {
+            leaps::of_gauges(&self.rig, tracks)
+        } else {
+            Vec::new()
+        };
+        let all: Vec<Vec<(f64, f64)>> = leaps.into_iter().flatten().chain(stays).collect();
+        all.into_iter()
     }
 
     /// Squares and their number by output, in windows of the rig's horizon. Each window

@@ -137,7 +137,7 @@ fn after_a_name(diagnosis: &Diagnosis) -> String {
         return NOTHING_NEEDED.into();
     }
     format!(
-        "The finding needs no further data. A misfit above the noise floor remains in {}; no effect of the list explains it. Recordings at other speeds and pressures may show its cause.",
+        "The finding needs no further data. A misfit above the noise floor remains in {}; no effect of the list explains it. Its cause may be numbers of the rig that are only nearly right, such as the valve's areas; recordings at other speeds and pressures may show it.",
         words::list(&above)
     )
 }

@@ -655,11 +655,24 @@ fn step(
     values: &[f64],
     penalties: &[f64],
 ) -> Option<Vec<f64>> {
-    let count = by_ordinary.len();
     let sizes: Vec<f64> = ordinary
         .iter()
         .map(|free| step_size(&free.parameter))
         .collect();
+    let (curvature, pull) = beside_input(explained, by_ordinary, ordinary, &sizes, penalties);
+    within_bounds(curvature, pull, ordinary, &sizes, values)
+}
+
+/// Curvature and pull of the ordinary numbers, each in units of its size, when the parts along the
+/// input are taken out.
+fn beside_input(
+    explained: &Explained,
+    by_ordinary: &[Vec<Vec<f64>>],
+    ordinary: &[FreeParameter],
+    sizes: &[f64],
+    penalties: &[f64],
+) -> (DMatrix<f64>, DVector<f64>) {
+    let count = by_ordinary.len();
     let mut curvature = DMatrix::<f64>::zeros(count, count);
     let mut pull = DVector::<f64>::zeros(count);
     for (i, free) in ordinary.iter().enumerate() {
@@ -690,13 +703,21 @@ fn step(
             }
         }
     }
+    (curvature, pull)
+}
+
+/// The step of the ordinary numbers that stay in their boxes.
+fn within_bounds(
+    mut curvature: DMatrix<f64>,
+    mut pull: DVector<f64>,
+    ordinary: &[FreeParameter],
+    sizes: &[f64],
+    values: &[f64],
+) -> Option<Vec<f64>> {
+    let count = ordinary.len();
     loop {
         let solved = curvature.clone().cholesky()?.solve(&pull);
-        let steps: Vec<f64> = solved
-            .iter()
-            .zip(&sizes)
-            .map(|(s, size)| s * size)
-            .collect();
+        let steps: Vec<f64> = solved.iter().zip(sizes).map(|(s, size)| s * size).collect();
         let leaves_box = |i: usize| {
             let Parameter { lower, upper, .. } = ordinary[i].parameter;
             (values[i] <= lower && steps[i] < 0.0) || (values[i] >= upper && steps[i] > 0.0)

@@ -21,10 +21,10 @@ use super::breakaway::{Breakaway, PositionReading, Recorded, Stand, breakaways};
 use super::carriage_history::slope;
 use super::force::outer_n;
 use super::pressure_reading::PressureReading;
-use super::{Output, Sink, Track};
+use super::{Motion, Output, Sink, Track};
 use crate::model::{Side, Values};
 use crate::rig::Rig;
-use model_core::carriage::CarriageState;
+use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
 use model_core::math::Compensated;
 use model_core::real::Real;
@@ -195,131 +195,197 @@ pub fn rests_s(rig: &Rig, track: &Track<'_>) -> Vec<(usize, f64)> {
 }
 
 pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: &mut impl Sink<R>) {
-    let (Some(motion), Some(position), Some(pressures)) = (
+    let (Some(motion), Some(position_m), Some(pressures)) = (
         track.motion.as_ref(),
         track.signal("x"),
         PressureReading::new(values, track),
     ) else {
         return;
     };
-    let carriage = values.carriage();
-    let (load, mass_kg) = carriage.load();
-    // Where a load is in its play nobody knows when the carriage leaves: it is taken as rigid.
-    let is_loose = load.is_some_and(|load| load.gap_m > R::ZERO);
-    let (declared, terms) = (values.friction_levels(), values.friction_terms());
-    let bristle = values.bristle();
-    let ambient = carriage.ambient_pressure_pa;
-    let time = &track.recording.time_s;
-    let bump = Bump::of(track);
-    let mut gas: Vec<f64> = Vec::with_capacity(track.len());
-    let mut driving: Vec<R> = Vec::with_capacity(track.len());
-    let mut force: Vec<R> = Vec::with_capacity(track.len());
-    let ends = values.stroke_ends_m();
-    let is_free = |position: f64| {
-        ends.is_none_or(|[low, high]| {
-            position > low.value() + AT_THE_END_M && position < high.value() - AT_THE_END_M
-        })
+    let driven = Driven {
+        values,
+        track,
+        motion,
+        position_m,
+        pressures,
+        ends_m: values.stroke_ends_m(),
     };
+    let carriage = values.carriage();
     let reading = position_reading(values.rig, track);
-    let events = breakaways(time, &reading).into_iter();
-    let events = events.filter(|event| is_free(position[event.row]));
-    let mut events = events.peekable();
-    let mut breaks: Vec<(Breakaway, FrictionLevels<R>)> = Vec::new();
-    let velocity = |row: usize| R::from_f64(motion.velocity_m_per_s[row]);
-    let mut state = CarriageState::new(R::from_f64(motion.position_m[0]), velocity(0));
-    let mut sliding_before_n = None;
-    for row in 0..track.len() {
-        let [p_a, p_b] = pressures.at(row);
-        let gas_n = carriage.drive_n(p_a, p_b) - terms.constant_force_n;
-        let before = row.saturating_sub(1);
-        let dt_s = (time[row] - time[before]).max(1e-9);
-        let way = motion.position_m[row] - motion.position_m[before];
-        let dt = R::from_f64(dt_s);
-        let load_n = match &load {
-            // A contact lasts a few rows: its velocity is hardly smoothed.
-            Some(load) if row > 0 => {
-                let [from, to] =
-                    [before, row].map(|row| R::from_f64(slope(time, position, row, 1)));
-                load.follow(&mut state.load, from, to, dt)
-            }
-            _ => R::ZERO,
-        };
-        state.position_m = Compensated::new(R::from_f64(motion.position_m[row]));
-        state.velocity_m_per_s = velocity(row);
-        let declared_here = terms.levels(&declared, p_a - ambient, p_b - ambient);
-        let levels = carriage.levels(&state, declared_here);
-        if let Some(event) = events.next_if(|event| event.row <= row) {
-            let placed = carriage.effects.map_or(declared_here, |effects| {
-                let place_m = state.position_m.value;
-                effects.position_friction.levels(declared_here, place_m)
-            });
-            breaks.push((event, placed));
-        }
-        let dry = FrictionLevels {
-            viscous_n_s_per_m: R::ZERO,
-            ..levels
-        };
-        let step = R::from_f64(way / dt_s);
-        let here_n = dry.sliding_n(&bristle, step);
-        let sliding_n = [sliding_before_n.unwrap_or(here_n), here_n];
-        sliding_before_n = Some(here_n);
-        let (deflection, friction) =
-            bristle.step_driven_between(sliding_n, &dry, step, state.deflection_m, dt);
-        state.deflection_m = deflection;
-        // Of the position itself, as the acceleration is: the bump takes its noise, and a smoothed
-        // velocity is off by 0.07 N where the pressures part by 20 bar/s. That bent mass and friction
-        // of practice axes p05 and p10 by 2 to 4 %.
-        let speed = R::from_f64(slope(time, position, row, 1));
-        let viscous = levels.viscous_n_s_per_m * speed;
-        let outer = outer_n(&carriage, &state);
-        let held_n = if is_loose { R::ZERO } else { load_n };
-        gas.push(gas_n.value());
-        driving.push(gas_n - held_n - outer);
-        force.push(gas_n - load_n - outer - friction - viscous);
+    let along = driven.forces(&carriage, &reading);
+    driven.report_break_aways(&carriage, &along, &reading, sink);
+    driven.report_windows(&carriage, &along.force_n, sink);
+}
+
+/// What drives the law.
+struct Driven<'a, R> {
+    values: &'a Values<'a, R>,
+    track: &'a Track<'a>,
+    motion: &'a Motion,
+    position_m: &'a [f64],
+    pressures: PressureReading<'a, R>,
+    ends_m: Option<[R; 2]>,
+}
+
+/// Forces row by row, and the break-aways among the rows with the friction declared there.
+struct Along<R> {
+    gas_n: Vec<f64>,
+    driving_n: Vec<R>,
+    force_n: Vec<R>,
+    breaks: Vec<(Breakaway, FrictionLevels<R>)>,
+}
+
+impl<R: Real> Driven<'_, R> {
+    fn is_free(&self, position_m: f64) -> bool {
+        self.ends_m.is_none_or(|[low, high]| {
+            position_m > low.value() + AT_THE_END_M && position_m < high.value() - AT_THE_END_M
+        })
     }
-    let recorded = Recorded::new(time, &reading, &gas, &driving);
-    let still = values.still_carriage();
-    for (event, levels) in breaks {
-        let stand = Stand {
-            carriage: &carriage,
-            mass_kg: if is_loose { carriage.mass_kg } else { mass_kg },
-            levels,
-            air_spring_n_per_m: air_spring_n_per_m(values, &pressures, position, event.row),
+
+    fn forces(&self, carriage: &Carriage<R>, reading: &PositionReading) -> Along<R> {
+        let (values, track, motion) = (self.values, self.track, self.motion);
+        let position = self.position_m;
+        let (load, _) = carriage.load();
+        // Where a load is in its play nobody knows when the carriage leaves: it is taken as rigid.
+        let is_loose = load.is_some_and(|load| load.gap_m > R::ZERO);
+        let (declared, terms) = (values.friction_levels(), values.friction_terms());
+        let bristle = values.bristle();
+        let ambient = carriage.ambient_pressure_pa;
+        let time = &track.recording.time_s;
+        let events = breakaways(time, reading).into_iter();
+        let events = events.filter(|event| self.is_free(position[event.row]));
+        let mut events = events.peekable();
+        let mut along = Along {
+            gas_n: Vec::with_capacity(track.len()),
+            driving_n: Vec::with_capacity(track.len()),
+            force_n: Vec::with_capacity(track.len()),
+            breaks: Vec::new(),
         };
-        if let Some(residual) = stand.residual(&stand.still(&still), &event, &recorded) {
-            let outputs = [skipped(), skipped(), or_infinite(residual)];
-            sink.row(event.row, &outputs, &[]);
-        }
-    }
-    let half = bump.weights.len() / 2;
-    let mut centre = half + 1;
-    while centre + half + 1 < track.len() {
-        let rows = centre - half..centre + half + 1;
-        // A smoothed velocity mixes in what lies that far beyond: a stop, perhaps.
-        let beyond = motion.half_width;
-        let smoothed = rows.start.saturating_sub(beyond)..(rows.end + beyond).min(track.len());
-        let slowest = slowest_m_per_s(&motion.velocity_m_per_s[smoothed]);
-        let touches_no_end = position[rows.clone()].iter().all(|&place| is_free(place));
-        if slowest > CREEPING_M_PER_S && touches_no_end {
-            let place = position[centre];
-            let curved: f64 = bump
-                .curvature
-                .iter()
-                .zip(&position[rows.start - 1..rows.end + 1])
-                .map(|(c, x)| c * (x - place))
-                .sum();
-            let mut mean = -mass_kg * R::from_f64(curved);
-            for (weight, &force) in bump.weights.iter().zip(&force[rows]) {
-                mean += R::from_f64(*weight) * force;
-            }
-            let outputs = if slowest > SLIDING_M_PER_S {
-                [or_infinite(mean), skipped(), skipped()]
-            } else {
-                [skipped(), or_infinite(mean), skipped()]
+        let velocity = |row: usize| R::from_f64(motion.velocity_m_per_s[row]);
+        let mut state = CarriageState::new(R::from_f64(motion.position_m[0]), velocity(0));
+        let mut sliding_before_n = None;
+        for row in 0..track.len() {
+            let [p_a, p_b] = self.pressures.at(row);
+            let gas_n = carriage.drive_n(p_a, p_b) - terms.constant_force_n;
+            let before = row.saturating_sub(1);
+            let dt_s = (time[row] - time[before]).max(1e-9);
+            let way = motion.position_m[row] - motion.position_m[before];
+            let dt = R::from_f64(dt_s);
+            let load_n = match &load {
+                // A contact lasts a few rows: its velocity is hardly smoothed.
+                Some(load) if row > 0 => {
+                    let [from, to] =
+                        [before, row].map(|row| R::from_f64(slope(time, position, row, 1)));
+                    load.follow(&mut state.load, from, to, dt)
+                }
+                _ => R::ZERO,
             };
-            sink.row(centre, &outputs, &[]);
+            state.position_m = Compensated::new(R::from_f64(motion.position_m[row]));
+            state.velocity_m_per_s = velocity(row);
+            let declared_here = terms.levels(&declared, p_a - ambient, p_b - ambient);
+            let levels = carriage.levels(&state, declared_here);
+            if let Some(event) = events.next_if(|event| event.row <= row) {
+                let placed = carriage.effects.map_or(declared_here, |effects| {
+                    let place_m = state.position_m.value;
+                    effects.position_friction.levels(declared_here, place_m)
+                });
+                along.breaks.push((event, placed));
+            }
+            let dry = FrictionLevels {
+                viscous_n_s_per_m: R::ZERO,
+                ..levels
+            };
+            let step = R::from_f64(way / dt_s);
+            let here_n = dry.sliding_n(&bristle, step);
+            let sliding_n = [sliding_before_n.unwrap_or(here_n), here_n];
+            sliding_before_n = Some(here_n);
+            let (deflection, friction) =
+                bristle.step_driven_between(sliding_n, &dry, step, state.deflection_m, dt);
+            state.deflection_m = deflection;
+            // Of the position itself, as the acceleration is: the bump takes its noise, and a smoothed
+            // velocity is off by 0.07 N where the pressures part by 20 bar/s. That bent mass and friction
+            // of two simulated axes by 2 to 4 %.
+            let speed = R::from_f64(slope(time, position, row, 1));
+            let viscous = levels.viscous_n_s_per_m * speed;
+            let outer = outer_n(carriage, &state);
+            let held_n = if is_loose { R::ZERO } else { load_n };
+            along.gas_n.push(gas_n.value());
+            along.driving_n.push(gas_n - held_n - outer);
+            along
+                .force_n
+                .push(gas_n - load_n - outer - friction - viscous);
         }
-        centre += (half / 2).max(1);
+        along
+    }
+
+    fn report_break_aways(
+        &self,
+        carriage: &Carriage<R>,
+        along: &Along<R>,
+        reading: &PositionReading,
+        sink: &mut impl Sink<R>,
+    ) {
+        let (load, mass_kg) = carriage.load();
+        let is_loose = load.is_some_and(|load| load.gap_m > R::ZERO);
+        let time = &self.track.recording.time_s;
+        let recorded = Recorded::new(time, reading, &along.gas_n, &along.driving_n);
+        let still = self.values.still_carriage();
+        for (event, levels) in &along.breaks {
+            let stand = Stand {
+                carriage,
+                mass_kg: if is_loose { carriage.mass_kg } else { mass_kg },
+                levels: *levels,
+                air_spring_n_per_m: air_spring_n_per_m(
+                    self.values,
+                    &self.pressures,
+                    self.position_m,
+                    event.row,
+                ),
+            };
+            if let Some(residual) = stand.residual(&stand.still(&still), event, &recorded) {
+                let outputs = [skipped(), skipped(), or_infinite(residual)];
+                sink.row(event.row, &outputs, &[]);
+            }
+        }
+    }
+
+    /// The balance over windows in which the carriage slides or creeps.
+    fn report_windows(&self, carriage: &Carriage<R>, force_n: &[R], sink: &mut impl Sink<R>) {
+        let (_, mass_kg) = carriage.load();
+        let (track, motion, position) = (self.track, self.motion, self.position_m);
+        let bump = Bump::of(track);
+        let half = bump.weights.len() / 2;
+        let mut centre = half + 1;
+        while centre + half + 1 < track.len() {
+            let rows = centre - half..centre + half + 1;
+            // A smoothed velocity mixes in what lies that far beyond: a stop, perhaps.
+            let beyond = motion.half_width;
+            let smoothed = rows.start.saturating_sub(beyond)..(rows.end + beyond).min(track.len());
+            let slowest = slowest_m_per_s(&motion.velocity_m_per_s[smoothed]);
+            let touches_no_end = position[rows.clone()]
+                .iter()
+                .all(|&place| self.is_free(place));
+            if slowest > CREEPING_M_PER_S && touches_no_end {
+                let place = position[centre];
+                let curved: f64 = bump
+                    .curvature
+                    .iter()
+                    .zip(&position[rows.start - 1..rows.end + 1])
+                    .map(|(c, x)| c * (x - place))
+                    .sum();
+                let mut mean = -mass_kg * R::from_f64(curved);
+                for (weight, &force) in bump.weights.iter().zip(&force_n[rows]) {
+                    mean += R::from_f64(*weight) * force;
+                }
+                let outputs = if slowest > SLIDING_M_PER_S {
+                    [or_infinite(mean), skipped(), skipped()]
+                } else {
+                    [skipped(), or_infinite(mean), skipped()]
+                };
+                sink.row(centre, &outputs, &[]);
+            }
+            centre += (half / 2).max(1);
+        }
     }
 }
 

@@ -73,6 +73,31 @@ fn predicts_supply(rig: &Rig) -> bool {
     rig.valve.is_some() && rig.value("supply.pressure_Pa").is_some() && rig.signals.contains("p_s")
 }
 
+/// The gas temperature of a chamber; where it follows from the pressure it does not matter.
+fn temperature_start(values: &Values<'_, f64>, side: Side) -> InitialState {
+    let ambient_k = values.ambient().temperature_k;
+    let bounds = if values.has_temperature_state(side) {
+        (100.0, 1000.0)
+    } else {
+        (ambient_k, ambient_k)
+    };
+    let name = if side == Side::A { "T_a" } else { "T_b" };
+    InitialState {
+        standard_deviation: INITIAL_TEMPERATURE_SD_K,
+        bounds,
+        ..hidden(name, ambient_k)
+    }
+}
+
+/// Pressure drop and flow of a tube.
+fn tube_start(side: Side) -> [InitialState; 2] {
+    let names = match side {
+        Side::A => ["pressure over tube a", "flow in tube a"],
+        Side::B => ["pressure over tube b", "flow in tube b"],
+    };
+    names.map(|name| hidden(name, 0.0))
+}
+
 /// What a recording begins with, in the order of [`Layout`].
 pub(super) fn initial_states(
     rig: &Rig,
@@ -90,7 +115,6 @@ pub(super) fn initial_states(
         return Vec::new();
     };
     let layout = Layout::of(&values, &pneumatics, &sides);
-    let ambient_k = values.ambient().temperature_k;
     let seen_pa = |side: Side| {
         let signal = recording.signal(side.pressure_signal()).unwrap_or(&[]);
         Gauge::of(&values, side).reads_pa(view.value(&recording.time_s, signal, row))
@@ -103,15 +127,7 @@ pub(super) fn initial_states(
         measured_by: Some(output),
         read_by: layout.readings.then(|| layout.reading_place() + output),
     };
-    let temperature = |side: &Side| InitialState {
-        standard_deviation: INITIAL_TEMPERATURE_SD_K,
-        bounds: if values.has_temperature_state(*side) {
-            (100.0, 1000.0)
-        } else {
-            (ambient_k, ambient_k)
-        },
-        ..hidden(if *side == Side::A { "T_a" } else { "T_b" }, ambient_k)
-    };
+    let temperature = |side: &Side| temperature_start(&values, *side);
     let wall_rise = |side: &Side| hidden(if *side == Side::A { "wall a" } else { "wall b" }, 0.0);
     let reading = |one: (usize, &Side)| InitialState {
         name: if *one.1 == Side::A {
@@ -121,13 +137,6 @@ pub(super) fn initial_states(
         },
         read_by: None,
         ..pressure(one)
-    };
-    let tube = |side: &Side| {
-        let names = match side {
-            Side::A => ["pressure over tube a", "flow in tube a"],
-            Side::B => ["pressure over tube b", "flow in tube b"],
-        };
-        names.map(|name| hidden(name, 0.0))
     };
     let of_sides = |there: bool| sides.iter().filter(move |_| there);
     let pressures = sides.iter().enumerate().map(pressure);
@@ -144,7 +153,7 @@ pub(super) fn initial_states(
         .chain(layout.silencer.then_some(SILENCER_START))
         .chain(layout.second_silencer.then_some(SECOND_SILENCER_START))
         .chain(readings.map(reading))
-        .chain(of_sides(layout.tubes).flat_map(tube))
+        .chain(of_sides(layout.tubes).flat_map(|side| tube_start(*side)))
         .collect()
 }
 
@@ -235,7 +244,21 @@ struct Drive<'a, R> {
     skew_s: R,
 }
 
-impl<R: Real> Drive<'_, R> {
+impl<'a, R: Real> Drive<'a, R> {
+    fn of(values: &Values<'_, R>, track: &'a Track<'_>, gauges_tank: bool) -> Self {
+        let is_driven_by_gauge = !predicts_supply(values.rig) && !gauges_tank;
+        Self {
+            position_m: track.signal("x"),
+            time_s: &track.recording.time_s,
+            command_v: track.signal("u"),
+            supply_pa: track.signal("p_s").filter(|_| is_driven_by_gauge),
+            declared_supply_pa: values.get_or("supply.pressure_Pa", DEFAULT_SUPPLY_PA),
+            supply_temperature_k: values.ambient().temperature_k,
+            gauges_tank,
+            skew_s: position_time_skew::delay_s(values),
+        }
+    }
+
     fn position(&self, row: usize) -> R {
         match self.position_m {
             Some(position) => delayed(self.time_s, position, row, self.skew_s),
@@ -268,18 +291,7 @@ pub(super) fn predict<R: Real>(
     let sides: Vec<Side> = sides(values.rig).collect();
     let gauges_tank =
         pneumatics.supply_droop.is_present() && !supply_droop::gauge_before_feed(values);
-    let drive = Drive {
-        position_m: track.signal("x"),
-        time_s: &track.recording.time_s,
-        command_v: track.signal("u"),
-        supply_pa: track
-            .signal("p_s")
-            .filter(|_| !predicts_supply(values.rig) && !gauges_tank),
-        declared_supply_pa: values.get_or("supply.pressure_Pa", DEFAULT_SUPPLY_PA),
-        supply_temperature_k: values.ambient().temperature_k,
-        gauges_tank,
-        skew_s: position_time_skew::delay_s(values),
-    };
+    let drive = Drive::of(values, track, gauges_tank);
     let onset_s = chamber_leakage::onset_s(values);
     let leaks = (pneumatics.leak_a, pneumatics.leak_b);
     let lag_s = pressure_sensor_lag::time_constant_s(values);

@@ -8,7 +8,8 @@
 use super::Law;
 use crate::effects;
 use crate::model::{Side, Values};
-use crate::rig::{ChamberModel, Rig, describe};
+use crate::rig::{ChamberModel, Friction, Rig, describe};
+use model_core::friction::Bristle;
 use serde::Serialize;
 use std::fmt;
 
@@ -132,6 +133,21 @@ pub fn assumed(rig: &Rig) -> Vec<Assumed> {
             why: why.into(),
         });
     };
+    surroundings(rig, &values, &mut add);
+    bore(rig, &values, &mut add);
+    friction(rig, &values, &mut add);
+    if let Some(valve) = &rig.valve {
+        let flows = valve.stated_flow.iter();
+        for (key, value, why) in flows.flat_map(|flow| flow.assumptions(valve.null_v)) {
+            add(key, value, why);
+        }
+    }
+    of_effects(rig, &mut add);
+    all
+}
+
+/// Gas, ambient and reference pressure.
+fn surroundings(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64, &str)) {
     if rig.gas.is_none() && rig.chambers.is_some() {
         add(
             "gas.gamma",
@@ -172,19 +188,6 @@ pub fn assumed(rig: &Rig) -> Vec<Assumed> {
             why,
         );
     }
-    bore(rig, &values, &mut add);
-    friction(rig, &values, &mut add);
-    if let Some(valve) = &rig.valve {
-        for (key, value, why) in valve
-            .stated_flow
-            .iter()
-            .flat_map(|flow| flow.assumptions(valve.null_v))
-        {
-            add(key, value, why);
-        }
-    }
-    of_effects(rig, &mut add);
-    all
 }
 
 fn bore(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64, &str)) {
@@ -218,7 +221,7 @@ fn friction(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64,
         }
         return;
     };
-    let (levels, bristle) = (values.friction_levels(), values.bristle());
+    let levels = values.friction_levels();
     let stated = [
         (
             friction.viscous_ns_m,
@@ -239,6 +242,18 @@ fn friction(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64,
             "not stated: as coulomb_N",
         ),
     ];
+    for (given, key, value, why) in stated {
+        if given.is_none() {
+            add(key, value, why);
+        }
+    }
+    if levels.coulomb_n > 0.0 || levels.static_n > 0.0 {
+        bristle(friction, &values.bristle(), add);
+    }
+}
+
+/// The bristle of a dry friction.
+fn bristle(friction: &Friction, bristle: &Bristle<f64>, add: &mut impl FnMut(&str, f64, &str)) {
     let of_bristle = [
         (
             friction.bristle_stiffness_n_m,
@@ -259,11 +274,7 @@ fn friction(rig: &Rig, values: &Values<'_, f64>, add: &mut impl FnMut(&str, f64,
             "not stated: that of Meng et al. (2011)",
         ),
     ];
-    let is_dry = levels.coulomb_n > 0.0 || levels.static_n > 0.0;
-    let shown = stated
-        .into_iter()
-        .chain(of_bristle.into_iter().filter(|_| is_dry));
-    for (given, key, value, why) in shown {
+    for (given, key, value, why) in of_bristle {
         if given.is_none() {
             add(key, value, why);
         }

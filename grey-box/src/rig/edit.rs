@@ -12,7 +12,7 @@ use super::stated_flow::CRITICAL_RATIO;
 use super::stated_flow::{STATED_FLOW, deviates};
 use super::valve_table::ValveTable;
 use super::write::float;
-use super::{Column, FORMAT, Rig, RigError, Signal, read_text};
+use super::{Column, FORMAT, Rig, RigError, Signal, Valve, read_text};
 
 /// The names from the top of the file down to a key.
 type Path = Vec<String>;
@@ -97,25 +97,9 @@ fn entries(rig: &Rig) -> BTreeMap<Path, Entry> {
             add(&[section, key], Entry::Number(value));
         }
     }
-    if let Some(valve) = &rig.valve {
-        match valve.stated_flow.clone() {
-            Some(mut flow) => {
-                for stated in STATED_FLOW {
-                    let value = *(stated.field)(&mut flow);
-                    if let (Some(value), Some((section, key))) =
-                        (value, stated.name.split_once('.'))
-                    {
-                        add(&[section, key], Entry::Number(value));
-                    }
-                }
-            }
-            None => {
-                for table in ValveTable::ALL {
-                    if let Some((section, key)) = table.key().split_once('.') {
-                        add(&[section, key], Entry::Points(table.points(valve).clone()));
-                    }
-                }
-            }
+    for (name, entry) in rig.valve.iter().flat_map(of_curve) {
+        if let Some((section, key)) = name.split_once('.') {
+            add(&[section, key], entry);
         }
     }
     for (section, values) in [
@@ -132,6 +116,21 @@ fn entries(rig: &Rig) -> BTreeMap<Path, Entry> {
         }
     }
     all
+}
+
+/// The tables of a valve, or the flow that stands in their place.
+fn of_curve(valve: &Valve) -> Vec<(&'static str, Entry)> {
+    let Some(mut flow) = valve.stated_flow.clone() else {
+        let points = |table: ValveTable| Entry::Points(table.points(valve).clone());
+        return ValveTable::ALL
+            .map(|table| (table.key(), points(table)))
+            .into();
+    };
+    let stated = STATED_FLOW.iter().filter_map(|stated| {
+        let value = *(stated.field)(&mut flow);
+        Some((stated.name, Entry::Number(value?)))
+    });
+    stated.collect()
 }
 
 fn of_signal(signal: &Signal) -> Vec<(&'static str, Entry)> {

@@ -193,18 +193,7 @@ impl StatedFlow {
             discharge_slope: DISCHARGE_SLOPE,
             flow_coefficient: Gas::new(1.4, 287.0).flow_coefficient,
         };
-        let area_m2 = match (self.nominal_flow_l_min, self.sonic_conductance_m3_s_pa) {
-            (Some(flow_l_min), None) => area_of_nominal_flow(&law, flow_l_min),
-            (None, Some(conductance)) => area_of_conductance(&law, conductance),
-            (Some(_), Some(_)) => {
-                let problem = "stands beside valve.C_m3_s_Pa".to_owned();
-                return Err(("valve.nominal_flow_l_min", problem, "one of the two".into()));
-            }
-            (None, None) => {
-                let expected = "nominal_flow_l_min or C_m3_s_Pa beside b";
-                return Err(missing("valve.nominal_flow_l_min", expected));
-            }
-        };
+        let area_m2 = self.full_area_m2(&law)?;
         let leakage_m2 = ASSUMED_LEAKAGE_SHARE * area_m2;
         let (mut opening_v, mut areas) = (vec![0.0], vec![leakage_m2]);
         if dead_zone_v > 0.0 {
@@ -218,6 +207,23 @@ impl StatedFlow {
             opening_v,
             area_m2: areas,
         })
+    }
+
+    /// The area of the open path, m2.
+    fn full_area_m2(&self, law: &FlowLaw<f64>) -> Result<f64, StatedFlowFault> {
+        let key = "valve.nominal_flow_l_min";
+        match (self.nominal_flow_l_min, self.sonic_conductance_m3_s_pa) {
+            (Some(flow_l_min), None) => Ok(area_of_nominal_flow(law, flow_l_min)),
+            (None, Some(conductance)) => Ok(area_of_conductance(law, conductance)),
+            (Some(_), Some(_)) => {
+                let problem = "stands beside valve.C_m3_s_Pa".to_owned();
+                Err((key, problem, "one of the two".into()))
+            }
+            (None, None) => {
+                let expected = "nominal_flow_l_min or C_m3_s_Pa beside b";
+                Err((key, "missing".to_owned(), expected.to_owned()))
+            }
+        }
     }
 
     fn dead_zone(&self) -> f64 {

@@ -320,10 +320,14 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
     }
     for law in &diagnosis.laws {
         section.subheading(format!("Law: {}", law.law.title()));
-        section.text(
-            "Recorded signals drive each law in place of its neighbours, so an error of one law cannot hide in another. \
-             Shaded: intervals with the largest misfit of the refitted model.",
-        );
+        let shaded = if law.located.iter().any(|one| !one.intervals.is_empty()) {
+            " Shaded: intervals with the largest misfit of the refitted model."
+        } else {
+            ""
+        };
+        section.text(format!(
+            "Recorded signals drive each law in place of its neighbours, so an error of one law cannot hide in another.{shaded}"
+        ));
         let train = &diagnosis.train;
         let residuals = all_residuals(rig, law, &law.train, train);
         let shown = worst_recording(&residuals[Model::Refitted as usize]);

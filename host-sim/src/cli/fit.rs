@@ -120,13 +120,8 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
     }
     out.flush()?;
     let is_accepted = faults.is_empty() || arguments.accept;
-    if let Some(path) = arguments.improved_rig.as_ref().filter(|_| is_accepted) {
-        let edited = Rig::edited_file(&arguments.rig, &improved).map_err(bad_input)?;
-        let (text, complaint) = improved_text(&edited);
-        write_text(path, &text)?;
-        if let Some(complaint) = complaint {
-            writeln!(out, "note: {complaint}")?;
-        }
+    if is_accepted {
+        write_improved(arguments, &improved, out)?;
     }
     if let Some(path) = &arguments.json {
         let content = FitFile {
@@ -148,17 +143,37 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         write_page(path, &page)?;
     }
     match faults.first() {
-        Some(fault) if !is_accepted => {
-            let unwritten = match &arguments.improved_rig {
-                Some(_) => "; no improved rig is written (--accept takes the fit as it is)",
-                None => "",
-            };
-            Err(CommandError::Untrusted(format!(
-                "{fault}{unwritten}; physics that the rig leaves out does this: pneuma diagnose looks for it"
-            )))
-        }
+        Some(fault) if !is_accepted => Err(untrusted(arguments, fault)),
         _ => Ok(()),
     }
+}
+
+/// The rig file with what was fitted.
+fn write_improved(
+    arguments: &FitArguments,
+    improved: &Rig,
+    out: &mut dyn Write,
+) -> Result<(), CommandError> {
+    let Some(path) = &arguments.improved_rig else {
+        return Ok(());
+    };
+    let edited = Rig::edited_file(&arguments.rig, improved).map_err(bad_input)?;
+    let (text, complaint) = improved_text(&edited);
+    write_text(path, &text)?;
+    if let Some(complaint) = complaint {
+        writeln!(out, "note: {complaint}")?;
+    }
+    Ok(())
+}
+
+fn untrusted(arguments: &FitArguments, fault: &str) -> CommandError {
+    let unwritten = match &arguments.improved_rig {
+        Some(_) => "; no improved rig is written (--accept takes the fit as it is)",
+        None => "",
+    };
+    CommandError::Untrusted(format!(
+        "{fault}{unwritten}; physics that the rig leaves out does this: pneuma diagnose looks for it"
+    ))
 }
 
 fn check_files(arguments: &FitArguments) -> Result<(), CommandError> {

@@ -349,7 +349,7 @@ fn pressure_unit(written: Option<&str>, highest: f64, scale: Scale) -> (String, 
     (
         spelling,
         format!(
-            "guessed, as the highest pressure {highest} is near the supply of {supply_pa:.0} Pa absolute"
+            "guessed, as {highest}, the highest of all pressure columns, is nearest to the supply of {supply_pa:.0} Pa absolute"
         ),
     )
 }

@@ -21,7 +21,7 @@ pub(in crate::diagnose) const LIKELIER_THAN_NOT: f64 = 0.5;
 const LOG_ODDS_IN_TRIALS: (f64, f64) = (-1.26, 0.93);
 
 /// What cross-validation says of one effect in one set.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Evidence {
     /// The candidate.
     pub candidate: usize,
@@ -141,7 +141,7 @@ impl Evidence {
             return Some("chance explains as much".into());
         }
         if self.folds_better.1 == 0 {
-            return Some("no material misfit without it".into());
+            return Some("the others leave no misfit for it".into());
         }
         let (better, folds) = self.folds_better;
         Some(if self.is_sampling {

@@ -238,21 +238,7 @@ impl<'a> Judge<'a> {
         candidate: usize,
     ) -> Evidence {
         let (mine, theirs) = (self.judged(with), self.judged(without));
-        let missing = |output: usize| {
-            let noise = self.bench.noise[output].powi(2);
-            (self.baseline.mean_square[output] - noise).max(self.told_from_noise * noise)
-        };
-        let improvement = |output: usize| {
-            let energy = self.misfit(&theirs[output], output) - self.misfit(&mine[output], output);
-            energy / missing(output)
-        };
-        // Where nothing is missed, nothing can be shown to be there.
-        let missed = |output: &usize| self.bench.may_miss(self.baseline, *output);
-        let helped = (0..mine.len())
-            .filter(missed)
-            .max_by(|&a, &b| improvement(a).total_cmp(&improvement(b)))
-            .unwrap_or(0);
-        let share = improvement(helped);
+        let (helped, share) = self.most_helped(&mine, &theirs);
         let ratio =
             (self.misfit(&mine[helped], helped) / self.misfit(&theirs[helped], helped)).sqrt();
         let better = mine[helped]
@@ -265,27 +251,17 @@ impl<'a> Judge<'a> {
         let is_negligible = self.bench.is_negligible(with, candidate);
         let is_told = !is_sampling && !is_negligible;
         let gain = log_gain(&mine[helped], &theirs[helped]);
-        // A wrong effect nibbles at what the form of another leaves, but hardly down to the
-        // noise: what does is material however much larger another effect is.
-        let to_the_noise = self.bench.is_long()
-            && !self.is_noise(without)
-            && (self.is_noise(with) || self.takes_the_rest(with, without));
+        let to_the_noise = self.takes_down_to_the_noise(with, without);
         let is_material = share >= MATERIAL_SHARE
             || to_the_noise
             || self.takes_more_than_a_form(with, without, helped);
-        // What is not named cannot be named wrongly: it need only help.
-        let others = if is_told { with.set.len() - 1 } else { 0 };
-        // Creep is too near to sticking to be met to its noise by any form: what shows in it
-        // alone is to take most of it away, as among others.
-        let is_creep = self.bench.law == Law::Balance && helped == balance::CREEPING;
-        let rivals = others + usize::from(is_told && is_creep);
         let is_chance = self.bench.is_of_events(helped) && self.is_chance(with, without);
         let is_plain = !at_bound
             && !is_chance
             && gain > 0.0
             && is_material
             && if self.bench.is_long() {
-                ratio <= plain_ratio(rivals)
+                ratio <= plain_ratio(self.rivals(with, helped, is_told))
             } else {
                 ratio <= PLAIN_RATIO || (better == folds && ratio < 1.0)
             };
@@ -307,11 +283,45 @@ impl<'a> Judge<'a> {
             accepted: is_plain && is_told,
             is_sampling: is_plain && is_sampling,
             is_negligible: is_plain && is_negligible,
-            is_alternative: false,
-            is_refuted: false,
-            is_of_strayed: false,
-            is_superseded: false,
+            ..Evidence::default()
         }
+    }
+
+    /// The output that an effect helps most, and by which part of what is missed there.
+    fn most_helped(&self, mine: &Judged, theirs: &Judged) -> (usize, f64) {
+        let missing = |output: usize| {
+            let noise = self.bench.noise[output].powi(2);
+            (self.baseline.mean_square[output] - noise).max(self.told_from_noise * noise)
+        };
+        let improvement = |output: usize| {
+            let energy = self.misfit(&theirs[output], output) - self.misfit(&mine[output], output);
+            energy / missing(output)
+        };
+        // Where nothing is missed, nothing can be shown to be there.
+        let missed = |output: &usize| self.bench.may_miss(self.baseline, *output);
+        let helped = (0..mine.len())
+            .filter(missed)
+            .max_by(|&a, &b| improvement(a).total_cmp(&improvement(b)))
+            .unwrap_or(0);
+        (helped, improvement(helped))
+    }
+
+    /// A wrong effect nibbles at what the form of another leaves, but hardly down to the
+    /// noise: what does is material however much larger another effect is.
+    fn takes_down_to_the_noise(&self, with: &Fitted, without: &Fitted) -> bool {
+        self.bench.is_long()
+            && !self.is_noise(without)
+            && (self.is_noise(with) || self.takes_the_rest(with, without))
+    }
+
+    /// Among how many others an effect is to be plain.
+    fn rivals(&self, with: &Fitted, helped: usize, is_told: bool) -> usize {
+        // What is not named cannot be named wrongly: it need only help.
+        let others = if is_told { with.set.len() - 1 } else { 0 };
+        // Creep is too near to sticking to be met to its noise by any form: what shows in it
+        // alone is to take most of it away, as among others.
+        let is_creep = self.bench.law == Law::Balance && helped == balance::CREEPING;
+        others + usize::from(is_told && is_creep)
     }
 
     /// Whether an effect is told from a valve and gauges that are only nearly known. What those
