@@ -65,6 +65,54 @@ fn val_layouts_without_a_header() {
     check_layout(commented, &numbered(), &[3, 5, 7]);
 }
 
+/// Milliseconds of the day and of the GPS week; two runs of a minute are none of them.
+#[test]
+fn val_clocks_that_begin_anew_are_unwrapped_and_a_second_run_is_not() {
+    for (period_ms, name) in [(86_400_000, "midnight"), (604_800_000, "the week's end")] {
+        let rows = (0..200).map(|row| format!("{},500\n", (period_ms - 100 + row) % period_ms));
+        let text: String = rows.collect();
+        let recording = read(text.as_bytes(), &numbered()).expect("a recording");
+        let steps = recording.time_s.windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(steps.into_iter().all(|step| (step - 1e-3).abs() < 1e-6));
+        assert!(
+            recording.remarks[0].contains(name),
+            "{:?}",
+            recording.remarks
+        );
+    }
+    let rows = (0..200).map(|row| format!("{},500\n", (59_900 + row) % 60_000));
+    let text: String = rows.collect();
+    let refused = read(text.as_bytes(), &numbered()).expect_err("two runs");
+    assert!(
+        refused
+            .to_string()
+            .contains("cut the file before this line"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn val_rows_in_the_wrong_order_get_the_remedy_that_helps() {
+    let newest_first: String = (0..50).map(|row| format!("{},500\n", 100 - row)).collect();
+    let refused = read(newest_first.as_bytes(), &numbered()).expect_err("falling times");
+    assert!(
+        refused.to_string().contains("reverse the rows"),
+        "{refused}"
+    );
+    let set_back = (0..400).map(|row| format!("{},500\n", if row < 200 { row } else { row - 50 }));
+    let refused = read(set_back.collect::<String>().as_bytes(), &numbered()).expect_err("set back");
+    assert!(
+        refused.to_string().contains("the clock was set back"),
+        "{refused}"
+    );
+    let other_separator = "1,500\n2,510\n3;520\n4;530\n";
+    let refused = read(other_separator.as_bytes(), &numbered()).expect_err("two separators");
+    assert!(
+        refused.to_string().contains("another separator"),
+        "{refused}"
+    );
+}
+
 #[test]
 fn val_unused_columns_and_an_open_last_row_are_reported() {
     let recording = read(b"t,a,\"p, left\"\n1,x,2\n2,y,3", &named()).expect("a recording");

@@ -133,6 +133,16 @@ impl Numbers {
                 ),
             };
         }
+        if is_fortran(text) {
+            return fault(
+                "has the exponent of Fortran",
+                "an exponent written with e: 1.0e+05",
+            );
+        }
+        if is_formula_fault(text) {
+            let expected = "a number; an empty cell where there is none";
+            return fault("is the mark of a failed reading or formula", expected);
+        }
         if let Some((_, value)) = label_and_value(text) {
             let expected = format!("the number alone ({value}); the header line names the columns");
             return fault("is a label with its value", &expected);
@@ -143,6 +153,24 @@ impl Numbers {
         }
         fault("is no finite number", "a number")
     }
+}
+
+/// `1.0D+05`.
+fn is_fortran(text: &str) -> bool {
+    let with_e = text.replace(['D', 'd'], "e");
+    with_e != text && with_e.parse::<f64>().is_ok()
+}
+
+/// `#DIV/0!`, `1.#INF`, `OL`, `****`, `---`: spreadsheets, C libraries, meters, Fortran.
+fn is_formula_fault(text: &str) -> bool {
+    let bare = text.trim_start_matches(['+', '-']);
+    let is_row_of = |sign: char| text.len() > 1 && text.chars().all(|one| one == sign);
+    text.starts_with('#')
+        || bare.starts_with("1.#")
+        || matches!(bare, "OL" | "OVER" | "OVERFLOW" | "UNDER" | "ERR" | "Error")
+        || is_row_of('*')
+        || is_row_of('-')
+        || is_row_of('?')
 }
 
 /// A number by either decimal mark.
@@ -269,6 +297,19 @@ mod tests {
             ("t_s:0.0010", "\"t_s:0.0010\" is a label with its value"),
             ("5.3 V", "\"5.3 V\" has text after its number"),
             ("two", "\"two\" is no finite number"),
+            ("1.0D+05", "\"1.0D+05\" has the exponent of Fortran"),
+            (
+                "1.#INF",
+                "\"1.#INF\" is the mark of a failed reading or formula",
+            ),
+            (
+                "#DIV/0!",
+                "\"#DIV/0!\" is the mark of a failed reading or formula",
+            ),
+            (
+                "****",
+                "\"****\" is the mark of a failed reading or formula",
+            ),
         ] {
             assert_eq!(read(&[cell]).expect_err(cell).problem, problem);
         }

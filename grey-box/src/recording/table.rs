@@ -322,6 +322,8 @@ impl<'s> Table<'s> {
         let problem = format!("the row has {found} fields");
         let hint = if found == 2 * columns {
             " (decimal commas? export with semicolons or tabs between the columns)"
+        } else if found == 1 && self.has_other_separator(row) {
+            "; do the columns have another separator from here on?"
         } else if found == 1 || found < columns && !is_number(&text_of(row.cell(0))) {
             "; is it a message? delete the line or mark it as a comment (#)"
         } else {
@@ -329,6 +331,15 @@ impl<'s> Table<'s> {
         };
         let expected = format!("{columns} as in the {}{hint}", self.length_origin());
         Err(error(self.file, number, problem, expected))
+    }
+
+    /// Whether a row of one field would have all columns with another separator.
+    fn has_other_separator(&self, row: &Row) -> bool {
+        let text = text_of(row.cell(0));
+        [',', ';', '\t', '|'].iter().any(|separator| {
+            let parts = text.split(*separator);
+            parts.clone().count() == self.layout.columns && parts.clone().all(is_number)
+        })
     }
 
     fn length_origin(&self) -> &'static str {

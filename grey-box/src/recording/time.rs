@@ -43,7 +43,7 @@ const USUAL_STEPS_S: RangeInclusive<f64> = 1e-6..=100.0;
 const NEXT_RUN_SHARE: f64 = 0.01;
 
 /// Counters that loggers stamp rows with: period in the column's unit, and its name.
-const COUNTERS: [(f64, &str); 6] = [
+const COUNTERS: [(f64, &str); 10] = [
     (65_536.0, "16-bit counter"),
     (16_777_216.0, "24-bit counter"),
     (4_294_967_296.0, "32-bit counter"),
@@ -51,6 +51,12 @@ const COUNTERS: [(f64, &str); 6] = [
     (4_294_967.296, "32-bit counter"),
     (4_294.967_296, "32-bit counter"),
     (65.536, "16-bit counter"),
+    // Clocks in seconds and in milliseconds. Runs of a minute or an hour are common, and a second
+    // one that follows in the same file is none of them.
+    (86_400.0, "clock at midnight"),
+    (86_400_000.0, "clock at midnight"),
+    (604_800.0, "clock of GPS at the week's end"),
+    (604_800_000.0, "clock of GPS at the week's end"),
 ];
 
 /// What the cells of the column are.
@@ -322,8 +328,12 @@ impl<'s> TimeColumn<'s> {
             return None;
         }
         let next_run = time_s - first_s <= NEXT_RUN_SHARE * (last_s - first_s);
-        let hint = if next_run {
+        let hint = if self.values.len() < 2 {
+            "the newest row stands first? reverse the rows"
+        } else if next_run {
             "another run begins here? cut the file before this line"
+        } else if self.is_again(time_s) {
+            "rows stand here again, or the clock was set back? cut the file before this line"
         } else {
             "sort the rows by time"
         };
@@ -331,6 +341,12 @@ impl<'s> TimeColumn<'s> {
             problem: format!("time {time_s} s runs backward from line {last_line} ({last_s} s)"),
             expected: format!("strictly increasing time; {hint}"),
         })
+    }
+
+    /// Whether a stamp that runs backward begins a stretch that stands above already, by more than
+    /// jitter.
+    fn is_again(&self, time_s: f64) -> bool {
+        self.values.contains(&time_s) || !self.may_be_late(time_s)
     }
 
     /// Whether a stamp runs backward by no more than late stamps of even rows may.

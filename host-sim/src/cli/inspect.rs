@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::CommandError;
-use super::inputs::{bad_input, provenance, read_rig};
+use super::inputs::{provenance, read_recording, read_rig};
 use super::outputs::{check_outputs, write_json, write_page};
 use crate::recording::Recording;
 use diagnosis::inspect::{Inspection, inspect, lateness};
@@ -40,7 +40,7 @@ pub fn run(arguments: &InspectArguments, out: &mut dyn Write) -> Result<(), Comm
     // A page needs the samples; without one they are dropped file by file.
     let mut kept: Vec<Recording> = Vec::new();
     for path in &arguments.recordings {
-        let recording = Recording::read(path, &rig.signals).map_err(bad_input)?;
+        let recording = read_recording(path, &rig)?;
         let mut inspection = inspect(&rig, &recording);
         inspection.notes.extend(lateness::remarks(&rig, &recording));
         writeln!(out, "{inspection}")?;
