@@ -145,3 +145,57 @@ fn val_a_leak_is_gap_and_hole_at_once_beside_a_gauge_zero() {
     assert!(named(&real).contains(&"chamber-leakage"), "{real}");
     assert!(!named(&real).contains(&"pressure-sensor-lag"), "{real}");
 }
+
+/// Both gauges read 12 ms late, on a healthy axis of another plant: one cause, no delay of the valve and
+/// no skew of the position.
+#[test]
+fn val_gauges_that_are_late_together_are_late_gauges() {
+    let case = truth_plant::Request::new(11, truth_plant::Kind::Nothing).draw();
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("written");
+        name.to_owned()
+    };
+    write("rig.toml", &case.rig_toml);
+    let late = |text: &str| with_late_columns(text, &["p_a", "p_b"], 12);
+    let recordings = |of: &[(String, String)]| -> Vec<String> {
+        let late = of.iter().map(|(name, text)| write(name, &late(text)));
+        late.collect()
+    };
+    let (train, held_out) = (recordings(&case.train), recordings(&case.held_out));
+    let json = folder.path().join("verdict.json");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pneuma"));
+    command.current_dir(folder.path());
+    command.args(["diagnose", "--rig", "rig.toml", "--train"]);
+    command.args(&train).arg("--held-out").args(&held_out);
+    let output = command.arg("--json").arg(&json).output().expect("it runs");
+    assert!(output.status.success());
+    let text = std::fs::read_to_string(json).expect("written");
+    let verdict: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(verdict["verdict"], "data-fault", "{}", verdict["sentence"]);
+    let sentence = verdict["sentence"].as_str().unwrap_or_default();
+    assert!(
+        sentence.contains("late against command and position"),
+        "{sentence}"
+    );
+}
+
+/// A table in which columns, found by what their names begin with, come so many rows later.
+fn with_late_columns(text: &str, begins: &[&str], rows: usize) -> String {
+    let mut lines: Vec<Vec<String>> = text
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split(',').map(str::to_owned).collect())
+        .collect();
+    let header = lines[0].clone();
+    for (column, name) in header.iter().enumerate() {
+        if !begins.iter().any(|begin| name.starts_with(begin)) {
+            continue;
+        }
+        for row in (2..lines.len()).rev() {
+            lines[row][column] = lines[row.saturating_sub(rows).max(1)][column].clone();
+        }
+    }
+    let text: Vec<String> = lines.iter().map(|cells| cells.join(",")).collect();
+    text.join("\n") + "\n"
+}

@@ -114,7 +114,7 @@ fn prop_dry_friction_changes_sign_with_velocity() {
 fn prop_an_even_misfit_grows_with_the_size_of_velocity() {
     let located = planted(|t| 6.0 * velocity(t).powi(2));
     assert_eq!(leading(&located), "velocity");
-    assert_eq!(located.when, "increases with abs(velocity)");
+    assert_eq!(located.when, "increases with the size of the velocity");
 }
 
 #[test]

@@ -8,10 +8,14 @@
 //! nearly all of the misfit away is named, with the correction; where none does, the
 //! misfit is the search's.
 //!
-//! A sensor or a valve that is late is physics of the list, and is left to the search.
+//! A sensor or a valve that is late is physics of the list, and is left to the search. Where that
+//! finds a valve that is late and a position that is early by the same time, the gauges are late:
+//! one cause, and none of the axis.
 
 use super::fitted::{Bench, Fitted};
-use super::search;
+use super::{LawDiagnosis, search};
+use crate::effects::flow::valve_delay;
+use crate::effects::sensing::position_time_skew;
 use crate::inspect::{Fault, whole};
 use crate::laws::{Law, Track};
 use crate::recording::Recording;
@@ -30,6 +34,32 @@ const LIVE_ZERO: f64 = 0.2;
 /// How late a command may be logged, in rows.
 const LATE_ROWS: [usize; 9] = [1, 2, 3, 4, 5, 7, 10, 15, 20];
 const BAR_PA: f64 = 1e5;
+
+/// Two times are the same to within a row, or this part of them.
+const SAME_TIME: f64 = 0.1;
+
+/// Gauges that are late against command and position, as a fault of the first recording, with its
+/// name.
+pub(super) fn late_gauges(laws: &[LawDiagnosis], train: &[Recording]) -> Option<(String, Fault)> {
+    let law = laws.iter().find(|law| law.law == Law::Chambers)?;
+    let shift_s = |effect: &'static str| {
+        law.named().find(|named| *named == effect)?;
+        let place = law.improved.place(&format!("effects.{effect}.delay_s"))?;
+        Some(law.improved.values[place])
+    };
+    let valve_late_s = shift_s(valve_delay::EFFECT.name)?;
+    let position_early_s = -shift_s(position_time_skew::EFFECT.name)?;
+    let recording = train.first()?;
+    let row_s = crate::laws::median_step_s(&recording.time_s);
+    let is_same = (valve_late_s - position_early_s).abs() < row_s.max(SAME_TIME * valve_late_s);
+    (is_same && position_early_s > row_s).then(|| {
+        let said = format!(
+            "and p_b are recorded {:.1} ms late against command and position: a logger that reads in turns, a slow bus or a filter of the gauges",
+            1e3 * valve_late_s
+        );
+        (recording.name.clone(), whole(recording, "p_a", &said))
+    })
+}
 
 /// One mistake, and how it is undone.
 struct Mistake {

@@ -390,12 +390,18 @@ pub fn diagnose<E>(
     let with_areas = |rig: &Rig| valve.as_ref().map(|valve| valve.applied(rig));
     let given = &with_areas(rig).unwrap_or_else(|| rig.clone());
     let rig = &with_built_in_priors(&with_areas(&heard.in_use).unwrap_or(heard.in_use.clone()));
-    let is_sound = heard.faults.is_empty();
-    let (train, held_out) = (&heard.train, &heard.held_out);
     let mut laws = Vec::new();
-    if is_sound {
-        laws = diagnosed_laws(rig, train, bank, progress);
+    if heard.faults.is_empty() {
+        laws = diagnosed_laws(rig, &heard.train, bank, progress);
+        heard
+            .faults
+            .extend(instruments::late_gauges(&laws, &heard.train));
     }
+    let is_sound = heard.faults.is_empty();
+    if !is_sound {
+        laws.clear();
+    }
+    let (train, held_out) = (&heard.train, &heard.held_out);
     progress("predicting the held-out recordings");
     prove(rig, &mut laws, (train, held_out), progress);
     let velocity = is_sound.then(|| velocity(rig, &laws, train)).flatten();
