@@ -168,3 +168,73 @@ fn prop_a_supply_that_is_set_otherwise_is_no_fault_of_a_gauge() {
         assert!(inspection.faults.is_empty(), "{:?}", inspection.faults);
     }
 }
+
+#[test]
+fn val_counts_that_are_lost_without_a_velocity_are_said() {
+    let (rig, mut recording) = drawn();
+    recording.signals.remove("v");
+    let sound = inspect(&rig, &recording);
+    assert!(sound.faults.is_empty(), "{:?}", sound.faults);
+    let middle = recording.len() / 2;
+    let position = recording.signals.get_mut("x").expect("a position");
+    position[middle..].iter_mut().for_each(|one| *one += 5e-3);
+    let inspection = inspect(&rig, &recording);
+    assert!(
+        is_said(&inspection, "x", "counts were lost"),
+        "{:?}",
+        inspection.faults
+    );
+}
+
+/// Two closed chambers of a cylinder, compressed in turns.
+fn gas_spring(direction: f64) -> Inspection {
+    let rig = "format = \"rig/1\"\n[signals]\nt = { column = \"t\", unit = \"s\" }\n\
+               x = { column = \"x\", unit = \"m\" }\np_a = { column = \"a\", unit = \"Pa(abs)\" }\n\
+               p_b = { column = \"b\", unit = \"Pa(abs)\" }\n[cylinder]\nstroke_m = 0.5\n\
+               bore_m = 0.025\narea_a_m2 = 4.9e-4\narea_b_m2 = 4.9e-4\ndead_volume_a_m3 = 2e-5\n\
+               dead_volume_b_m3 = 2e-5\nposition_zero = \"mid-stroke\"\n[chambers]\n\
+               model = \"energy-balance\"\nheat_transfer_charging_W_m2K = 50.0\n\
+               heat_transfer_discharging_W_m2K = 20.0\n";
+    let rig = Rig::parse(rig, "rig.toml").expect("a rig");
+    let mut text = "t,x,a,b\n".to_owned();
+    let mut noise = Noise::new(9, 0);
+    for row in 0..3000 {
+        let time_s = 1e-2 * f64::from(row);
+        let x_m = 0.15 * (1.3 * time_s).sin();
+        let pressure = |length_m: f64| 3e5 * 0.25 / length_m + 300.0 * noise.normal();
+        let [a, b] = [0.25 + x_m, 0.25 - x_m].map(pressure);
+        text += &format!("{time_s},{},{a},{b}\n", direction * x_m);
+    }
+    let recording = Recording::read_from(text.as_bytes(), "run.csv", None, &rig.signals);
+    inspect(&rig, &recording.expect("a recording"))
+}
+
+#[test]
+fn val_a_gas_spring_that_is_read_the_wrong_way_round_is_said() {
+    let sound = gas_spring(1.0);
+    assert!(sound.faults.is_empty(), "{:?}", sound.faults);
+    let reversed = gas_spring(-1.0);
+    assert!(
+        is_said(&reversed, "x", "has the wrong sign"),
+        "{:?}",
+        reversed.faults
+    );
+}
+
+/// Gauges that count from the surroundings have a live zero too.
+#[test]
+fn val_a_live_zero_of_gauge_pressures_is_noted() {
+    let (rig, mut recording) = drawn();
+    let text = rig.to_toml().replace("Pa(abs)", "Pa(g)");
+    let gauges = Rig::parse(&text, "rig.toml").expect("a rig of gauges");
+    let ambient_pa = rig.ambient_pressure_pa();
+    for name in ["p_s", "p_a", "p_b"] {
+        let signal = recording.signals.get_mut(name).into_iter().flatten();
+        signal.for_each(|one| *one = ambient_pa + 2e5 + 0.8 * (*one - ambient_pa));
+    }
+    let inspection = inspect(&gauges, &recording);
+    let notes = inspection.notes.iter();
+    let mut said = notes.chain(inspection.faults.iter().map(|fault| &fault.sentence));
+    let what = "4 to 20 mA over 10 bar seem to be read as 0 to 20 mA";
+    assert!(said.any(|said| said.contains(what)), "{inspection:?}");
+}

@@ -168,11 +168,13 @@ fn mistakes(rig: &Rig, row_s: f64) -> Vec<Mistake> {
         &["p_b"],
         &["p_s"],
     ];
-    let ambient_pa = rig.ambient_pressure_pa();
-    let mut all: Vec<Mistake> = GAUGES
-        .into_iter()
-        .flat_map(|signals| of_gauges(signals, ambient_pa))
-        .collect();
+    let is_gauge = |name: &str| rig.signals.get(name).is_some_and(|one| one.unit.is_gauge());
+    let of = |signals: &'static [&'static str]| {
+        // A transmitter counts from where its unit does.
+        let counts_from_ambient = signals.iter().all(|name| is_gauge(name));
+        of_gauges(signals, rig.ambient_pressure_pa(), counts_from_ambient)
+    };
+    let mut all: Vec<Mistake> = GAUGES.into_iter().flat_map(of).collect();
     all.push(Mistake {
         signals: &["p_a", "p_b"],
         what: "and p_b seem to be exchanged".into(),
@@ -190,7 +192,12 @@ fn mistakes(rig: &Rig, row_s: f64) -> Vec<Mistake> {
 }
 
 /// What gauges are taken for.
-fn of_gauges(signals: &'static [&'static str], ambient_pa: f64) -> Vec<Mistake> {
+fn of_gauges(
+    signals: &'static [&'static str],
+    ambient_pa: f64,
+    counts_from_ambient: bool,
+) -> Vec<Mistake> {
+    let from_pa = if counts_from_ambient { ambient_pa } else { 0.0 };
     let others = match signals {
         [_, others @ ..] if !others.is_empty() => format!(", and so do {}", others.join(" and ")),
         _ => String::new(),
@@ -219,7 +226,7 @@ fn of_gauges(signals: &'static [&'static str], ambient_pa: f64) -> Vec<Mistake> 
         let what = format!(
             "seems to be 4 to 20 mA over {full_scale_bar} bar read as 0 to 20 mA: offset and gain are off"
         );
-        mistake(what, gain, -gain * zero_pa)
+        mistake(what, gain, from_pa - gain * (from_pa + zero_pa))
     }));
     all
 }

@@ -98,6 +98,7 @@ pub(super) fn faults(
     if let gauges::Supply::Mistaken(fault) = gauges::supply(rig, recording) {
         faults.push(fault);
     }
+    faults.extend(gauges::inverted(rig, recording));
     faults.extend(lifeless::lifeless(rig, recording, signals));
     faults.extend(contradictions(rig, recording, signals));
     faults

@@ -39,6 +39,8 @@ const VOLUME_CHANGE: f64 = 0.1;
 /// A pressure that moves by less than this part of what the change of volume asks for does not
 /// answer it.
 const ANSWERED: f64 = 0.05;
+/// Correlation of volume and pressure from which on a closed gas is read the wrong way round.
+const INVERTED: f64 = 0.5;
 /// How near to the surroundings an open chamber stays.
 const NEAR_AMBIENT: f64 = 0.05;
 
@@ -65,16 +67,18 @@ pub(super) fn supply(rig: &Rig, recording: &Recording) -> Supply {
         return Supply::Agrees;
     }
     let corrections = corrections(rig, read_pa);
-    let mut reconciling = corrections
+    let off_pa = |(_, corrected_pa): &&(String, f64)| (corrected_pa - declared_pa).abs();
+    let nearest = corrections
         .iter()
-        .filter(|(_, corrected_pa)| agrees(*corrected_pa, AGREES));
+        .filter(|(_, corrected_pa)| agrees(*corrected_pa, AGREES))
+        .min_by(|one, other| off_pa(one).total_cmp(&off_pa(other)));
     let stands = format!(
         "reads {:.3} bar absolute where the rig declares {:.3} ± {:.3} bar",
         read_pa / BAR_PA,
         declared_pa / BAR_PA,
         deviation_pa / BAR_PA,
     );
-    match (reconciling.next(), fed_to_pa(recording)) {
+    match (nearest, fed_to_pa(recording)) {
         (Some((what, corrected_pa)), Some(highest_pa)) if contradicts(highest_pa, read_pa) => {
             let said = format!(
                 "{stands}, and a chamber reaches {:.3} bar: {what}, which would make it {:.3} bar",
@@ -152,19 +156,22 @@ fn corrections(rig: &Rig, read_pa: f64) -> Vec<(String, f64)> {
             .to_owned(),
         read_pa - ambient_pa,
     ));
+    // A transmitter counts from where its unit does.
+    let zero_pa = if is_gauge { ambient_pa } else { 0.0 };
+    let shown_pa = read_pa - zero_pa;
     for full_scale_bar in FULL_SCALES_BAR {
         let full_scale_pa = full_scale_bar * BAR_PA;
-        // No transmitter shows more than its range.
-        if read_pa > full_scale_pa {
+        // None shows more than its range.
+        if shown_pa > full_scale_pa {
             continue;
         }
         all.push((
             format!("4 to 20 mA over {full_scale_bar} bar seem to be read as 0 to 20 mA (give the signal its scale and offset)"),
-            (read_pa - LIVE_ZERO * full_scale_pa) / (1.0 - LIVE_ZERO),
+            zero_pa + (shown_pa - LIVE_ZERO * full_scale_pa) / (1.0 - LIVE_ZERO),
         ));
         all.push((
             format!("0 to 20 mA over {full_scale_bar} bar seem to be read as 4 to 20 mA (give the signal its scale and offset)"),
-            read_pa * (1.0 - LIVE_ZERO) + LIVE_ZERO * full_scale_pa,
+            zero_pa + shown_pa * (1.0 - LIVE_ZERO) + LIVE_ZERO * full_scale_pa,
         ));
     }
     all
@@ -197,6 +204,42 @@ pub(super) fn open_chamber(
         );
         at_odds_as(FaultKind::Inconsistent, recording, &report.name, &said)
     })
+}
+
+/// A closed chamber whose pressure rises where its volume grows.
+pub(super) fn inverted(rig: &Rig, recording: &Recording) -> Option<Fault> {
+    if rig.valve.is_some() || rig.vessel.is_some() {
+        return None;
+    }
+    let position = recording.signal("x")?;
+    let along = |is_a: bool| {
+        let (name, sign) = if is_a { ("p_a", 1.0) } else { ("p_b", -1.0) };
+        let pressure = recording.signal(name)?;
+        volume_change(rig, recording, is_a).filter(|share| *share > VOLUME_CHANGE)?;
+        Some(sign * correlation(position, pressure))
+    };
+    let recorded: Vec<f64> = [true, false].into_iter().filter_map(along).collect();
+    let is_inverted = !recorded.is_empty() && recorded.iter().all(|along| *along > INVERTED);
+    is_inverted.then(|| {
+        let said = "has the wrong sign, or p_a and p_b are exchanged: the gas of closed chambers is at a higher \
+                    pressure where its volume is larger (+x enlarges chamber A)";
+        at_odds_as(FaultKind::Inconsistent, recording, "x", said)
+    })
+}
+
+/// Correlation of two signals.
+fn correlation(one: &[f64], other: &[f64]) -> f64 {
+    let rows = one.len().max(1) as f64;
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / rows;
+    let (mean_one, mean_other) = (mean(one), mean(other));
+    let (mut both, mut squares, mut others) = (0.0, 0.0, 0.0);
+    for (one, other) in one.iter().zip(other) {
+        let (one, other) = (one - mean_one, other - mean_other);
+        both += one * other;
+        squares += one * one;
+        others += other * other;
+    }
+    both / (squares * others).sqrt().max(f64::MIN_POSITIVE)
 }
 
 /// Largest over smallest volume of a chamber, less one.

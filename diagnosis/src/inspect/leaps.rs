@@ -6,7 +6,8 @@
 //!
 //! * Several signals leap in the same row: rows are missing there, whatever the
 //!   time column says.
-//! * The position leaps and the velocity does not add up to it: counts were lost.
+//! * The position leaps and the velocity does not add up to it, or the rows before and after move
+//!   by far less: counts were lost.
 //!
 //! A pressure or a force that leaps alone is not judged here.
 
@@ -92,7 +93,15 @@ fn told(recording: &Recording, leaps: &[(usize, &str, f64)]) -> Option<Fault> {
         );
         return Some(fault(recording, signal, FaultKind::Leap, run, &said));
     }
-    let speed = recording.signal("v").filter(|_| signal == "x")?;
+    if signal != "x" {
+        return None;
+    }
+    let Some(speed) = recording.signal("v") else {
+        let said = format!(
+            "leaps by {by:.4e} m within one row, far more than in the rows before and after: counts were lost, or the reading slipped"
+        );
+        return Some(fault(recording, signal, FaultKind::Leap, run, &said));
+    };
     let way_m = path(&recording.time_s[row - 1..=row], &speed[row - 1..=row]);
     (way_m.abs() < ACCOUNTED_FOR * by.abs()).then(|| {
         let said = format!(
