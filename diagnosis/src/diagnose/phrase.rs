@@ -1,6 +1,7 @@
 //! A located misfit in the words of an engineer.
 
 use super::located::{Located, SINCE_START, Sameness, VariableShare};
+use crate::inspect::correlation;
 use crate::rig::Rig;
 use crate::signals::Reading;
 use crate::text::plain;
@@ -177,20 +178,4 @@ fn changes_sign(x: &[f64]) -> bool {
     let positive = x.iter().filter(|x| **x > 0.0).count();
     let least = (x.len() / 6).max(1);
     positive >= least && x.len() - positive >= least
-}
-
-fn correlation(x: &[f64], y: &[f64]) -> f64 {
-    let count = x.len().max(1) as f64;
-    let (mean_x, mean_y) = (x.iter().sum::<f64>() / count, y.iter().sum::<f64>() / count);
-    let (mut xy, mut xx, mut yy) = (0.0, 0.0, 0.0);
-    for (x, y) in x.iter().zip(y) {
-        xy += (x - mean_x) * (y - mean_y);
-        xx += (x - mean_x).powi(2);
-        yy += (y - mean_y).powi(2);
-    }
-    if xx * yy > 0.0 {
-        xy / (xx * yy).sqrt()
-    } else {
-        0.0
-    }
 }

@@ -13,7 +13,7 @@
 //! belongs to a chamber that is open.
 
 use super::fault::{Fault, FaultKind, at_odds_as};
-use super::statistics::quantile;
+use super::statistics::{correlation, quantile};
 use super::{BAR_PA, SignalReport};
 use crate::recording::Recording;
 use crate::rig::{PositionZero, Rig};
@@ -225,21 +225,6 @@ pub(super) fn inverted(rig: &Rig, recording: &Recording) -> Option<Fault> {
                     pressure where its volume is larger (+x enlarges chamber A)";
         at_odds_as(FaultKind::Inconsistent, recording, "x", said)
     })
-}
-
-/// Correlation of two signals.
-fn correlation(one: &[f64], other: &[f64]) -> f64 {
-    let rows = one.len().max(1) as f64;
-    let mean = |of: &[f64]| of.iter().sum::<f64>() / rows;
-    let (mean_one, mean_other) = (mean(one), mean(other));
-    let (mut both, mut squares, mut others) = (0.0, 0.0, 0.0);
-    for (one, other) in one.iter().zip(other) {
-        let (one, other) = (one - mean_one, other - mean_other);
-        both += one * other;
-        squares += one * one;
-        others += other * other;
-    }
-    both / (squares * others).sqrt().max(f64::MIN_POSITIVE)
 }
 
 /// Largest over smallest volume of a chamber, less one.

@@ -9,7 +9,7 @@ use crate::laws::{Track, median_step_s};
 use crate::model::Side;
 use crate::recording::Recording;
 use crate::rig::Rig;
-use crate::valve_flow::{Late, lateness};
+use crate::valve_flow::{Late, at_row, lateness};
 
 /// What heat exchange and guessed volumes do to a time, one standard deviation, s.
 const BALANCE_S: f64 = 0.5e-3;
@@ -27,6 +27,8 @@ const EXPLAINED: f64 = 1.0 / 3.0;
 const CLOSED: f64 = 1.0;
 /// Length of a window over which velocity is integrated, s.
 const WINDOW_S: f64 = 0.02;
+/// No shift of a velocity is longer, s.
+const WITHIN_S: f64 = 0.04;
 /// The shift of a velocity is found by Newton's method in so many steps.
 const STEPS: usize = 8;
 
@@ -132,11 +134,10 @@ fn late_velocity(recording: &Recording) -> Option<String> {
     let margin = (0.05 / step_s).ceil() as usize;
     let centres = (margin..recording.len().checked_sub(margin + window)?).step_by(window);
     let rows: Vec<usize> = centres.collect();
-    let mut late_s = 0.0;
-    let mut shifted = (0.0, 0.0, 0.0);
-    for _ in 0..STEPS {
-        shifted = rows.iter().fold((0.0, 0.0, 0.0), |sums, &row| {
-            let at = |row: usize| between(velocity, row as f64 + late_s / step_s);
+    // Products of what the velocity misses of the way with what a shift of it does; squares of both.
+    let sums = |late_s: f64| {
+        rows.iter().fold((0.0, 0.0, 0.0), |sums, &row| {
+            let at = |row: usize| at_row(velocity, row as f64 + late_s / step_s);
             let way = position[row + window] - position[row];
             let inner: f64 = (row + 1..row + window).map(at).sum();
             let (first, last) = (at(row), at(row + window));
@@ -147,24 +148,21 @@ fn late_velocity(recording: &Recording) -> Option<String> {
                 sums.1 + slope * slope,
                 sums.2 + missed * missed,
             )
-        });
+        })
+    };
+    let recorded = sums(0.0);
+    let (mut late_s, mut shifted) = (0.0, recorded);
+    for _ in 0..STEPS {
         if shifted.1 <= 0.0 {
             return None;
         }
-        late_s = (late_s + shifted.0 / shifted.1).clamp(-0.04, 0.04);
+        late_s = (late_s + shifted.0 / shifted.1).clamp(-WITHIN_S, WITHIN_S);
+        shifted = sums(late_s);
     }
-    let unshifted: f64 = rows
-        .iter()
-        .map(|&row| {
-            let inner: f64 = velocity[row + 1..row + window].iter().sum();
-            let ends = 0.5 * (velocity[row] + velocity[row + window]);
-            (position[row + window] - position[row] - step_s * (inner + ends)).powi(2)
-        })
-        .sum();
     let late = Late {
         late_s,
         deviation_s: (shifted.2 / rows.len() as f64 / shifted.1).sqrt(),
-        explains: 1.0 - shifted.2 / unshifted.max(f64::MIN_POSITIVE),
+        explains: 1.0 - shifted.2 / recorded.2.max(f64::MIN_POSITIVE),
     };
     let late = told(late, least_s(recording))?;
     let against = if late.late_s > 0.0 {
@@ -173,11 +171,4 @@ fn late_velocity(recording: &Recording) -> Option<String> {
         "x is late against v"
     };
     Some(format!("{against}, by {}", milliseconds(late)))
-}
-
-/// A signal at a row that may lie between two.
-fn between(signal: &[f64], row: f64) -> f64 {
-    let below = (row.floor().max(0.0) as usize).min(signal.len() - 1);
-    let above = (below + 1).min(signal.len() - 1);
-    signal[below] + (row - below as f64).clamp(0.0, 1.0) * (signal[above] - signal[below])
 }

@@ -35,7 +35,7 @@ pub(crate) fn whole(recording: &Recording, signal: &str, said: &str) -> Fault {
 
 use crate::recording::Recording;
 use crate::rig::Rig;
-pub(crate) use statistics::{Moved, moved, quantile};
+pub(crate) use statistics::{Moved, correlation, moved, quantile};
 use statistics::{as_float, median_step, ordinary_steps, runs};
 
 /// A step longer than this many median steps is listed as a gap.

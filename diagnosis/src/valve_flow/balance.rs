@@ -291,6 +291,15 @@ impl Axis {
     }
 }
 
+/// A signal at a row that may lie between two; beyond its ends it stays.
+pub(crate) fn at_row(signal: &[f64], row: f64) -> f64 {
+    let last = signal.len().saturating_sub(1);
+    let row = row.clamp(0.0, last as f64);
+    let below = row.floor() as usize;
+    let (above, along) = ((below + 1).min(last), row - row.floor());
+    signal[below] + along * (signal[above] - signal[below])
+}
+
 impl Recorded<'_> {
     /// Whether it is this chamber.
     pub(super) fn is_of(&self, side: Side) -> bool {
@@ -299,14 +308,9 @@ impl Recorded<'_> {
 
     /// Position, m, and velocity, m/s, at a row that may lie between two.
     fn motion_at(&self, row: f64) -> (f64, f64) {
-        let last = self.time_s.len().saturating_sub(1);
-        let row = row.clamp(0.0, last as f64);
-        let below = row.floor() as usize;
-        let (above, along) = ((below + 1).min(last), row - row.floor());
-        let between = |of: &[f64]| of[below] + along * (of[above] - of[below]);
         (
-            between(&self.motion.position_m),
-            between(&self.motion.velocity_m_per_s),
+            at_row(&self.motion.position_m, row),
+            at_row(&self.motion.velocity_m_per_s, row),
         )
     }
 }
@@ -384,12 +388,7 @@ impl ChamberRows {
 
     /// Opening towards the supply at a row that may lie between two, V.
     fn opening_v(&self, row: f64, null_v: f64) -> f64 {
-        let below = row.floor().max(0.0);
-        let share = row - below;
-        let below = below as usize;
-        let next = (below + 1).min(self.command_v.len() - 1);
-        let command_v =
-            self.command_v[below] + share * (self.command_v[next] - self.command_v[below]);
+        let command_v = at_row(&self.command_v, row);
         if self.feeds_above_null {
             command_v - null_v
         } else {

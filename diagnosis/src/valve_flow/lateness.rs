@@ -5,7 +5,7 @@
 //! say by how much, whatever the areas are: they are estimated anew for each time that is tried.
 
 use super::areas::Problem;
-use super::balance::MARGIN_S;
+use super::balance::{ChamberRows, MARGIN_S};
 use super::{Alignment, COARSE_V, Search, least};
 use crate::laws::Track;
 use crate::model::Side;
@@ -61,18 +61,21 @@ pub fn lateness(rig: &Rig, tracks: &[Track<'_>], side: Side) -> Option<Lateness>
     for _ in 0..MOST_TURNS {
         let before_s = position_s;
         position_s = least_of_many(POSITION_S, |late_s| search.misfit_of(late_s, opening_s));
-        opening_s = least_of_many(OPENING_S, |late_s| search.misfit_of(position_s, late_s));
+        let rows = search.rows(&search.axis, position_s);
+        opening_s = least_of_many(OPENING_S, |late_s| search.misfit_at(&rows, late_s));
         if (position_s - before_s).abs() < STEP_S {
             break;
         }
     }
+    let rows = search.rows(&search.axis, position_s);
+    let windows: usize = rows.iter().map(|one| one.windows(search.at).len()).sum();
     let found = Found {
-        misfit: search.misfit_of(position_s, opening_s),
-        windows: search.windows(position_s),
+        misfit: search.misfit_at(&rows, opening_s),
+        windows: windows.max(1) as f64,
     };
     Some(Lateness {
         position: found.late(position_s, |late_s| search.misfit_of(late_s, opening_s))?,
-        opening: found.late(opening_s, |late_s| search.misfit_of(position_s, late_s))?,
+        opening: found.late(opening_s, |late_s| search.misfit_at(&rows, late_s))?,
         misfit: (found.misfit / found.windows).sqrt(),
     })
 }
@@ -101,16 +104,14 @@ impl Search<'_> {
     /// What the balance is off by, where the position is so late and the opening so much later than
     /// its command.
     fn misfit_of(&self, position_late_s: f64, lag_s: f64) -> f64 {
-        let rows = self.rows(&self.axis, position_late_s);
-        let grid = self.grid(&rows, COARSE_V);
-        let at = Alignment { lag_s, ..self.at };
-        Problem::new(&grid, self.axis.dead_volumes_m3(), &rows, at).misfit()
+        self.misfit_at(&self.rows(&self.axis, position_late_s), lag_s)
     }
 
-    fn windows(&self, position_late_s: f64) -> f64 {
-        let rows = self.rows(&self.axis, position_late_s);
-        let windows = rows.iter().map(|one| one.windows(self.at).len());
-        windows.sum::<usize>().max(1) as f64
+    /// The same of rows that are there.
+    fn misfit_at(&self, rows: &[ChamberRows], lag_s: f64) -> f64 {
+        let grid = self.grid(rows, COARSE_V);
+        let at = Alignment { lag_s, ..self.at };
+        Problem::new(&grid, self.axis.dead_volumes_m3(), rows, at).misfit()
     }
 }
 

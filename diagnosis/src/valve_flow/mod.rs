@@ -29,6 +29,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use areas::{Areas, Grid, Problem};
+pub(crate) use balance::at_row;
 use balance::{Axis, ChamberRows, Recorded};
 
 use crate::laws::Track;

@@ -53,6 +53,11 @@ pub struct ChamberGas {
 }
 
 impl Scene<'_> {
+    /// The places of the chambers whose pressure is recorded.
+    pub fn chambers(&self) -> Vec<&'static str> {
+        self.sides.iter().map(|side| side.place()).collect()
+    }
+
     /// The gas of a side.
     pub fn gas(&self, side: Side) -> Option<&ChamberGas> {
         match side {

@@ -54,8 +54,7 @@ fn candidates(scene: &Scene<'_>) -> Vec<Candidate> {
     }) else {
         return Vec::new();
     };
-    let places: Vec<&'static str> = scene.sides.iter().map(|side| side.place()).collect();
-    let mut balance = Candidate::new(EFFECT.name, &places);
+    let mut balance = Candidate::new(EFFECT.name, &scene.chambers());
     for &side in &scene.sides {
         balance = balance.switch(&memory_key(side), 1.0);
         if chambers.heat_transfer_charging_w_m2k.is_none() {

@@ -40,8 +40,7 @@ fn candidates(scene: &Scene<'_>) -> Vec<Candidate> {
     if !exchanges_heat(scene) {
         return Vec::new();
     }
-    let places: Vec<&'static str> = scene.sides.iter().map(|side| side.place()).collect();
-    let varying = Candidate::new(EFFECT.name, &places)
+    let varying = Candidate::new(EFFECT.name, &scene.chambers())
         .free("density_exponent", (0.0, 3.0), &[0.3])
         .matters(scene.mark(Mark::From(DENSITY_EXPONENT)))
         .free("flow_W_m2K", (0.0, 1e3), &[10.0, 60.0])

@@ -45,8 +45,7 @@ fn candidates(scene: &Scene<'_>) -> Vec<Candidate> {
     if !exchanges_heat(scene) {
         return Vec::new();
     }
-    let places: Vec<&'static str> = scene.sides.iter().map(|side| side.place()).collect();
-    let warm = Candidate::new(EFFECT.name, &places)
+    let warm = Candidate::new(EFFECT.name, &scene.chambers())
         .free("offset_K", (-80.0, 80.0), &[5.0, -5.0])
         .matters(scene.mark(Mark::From(LEAST_OFFSET_K)));
     vec![warm]
