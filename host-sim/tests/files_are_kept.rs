@@ -231,6 +231,13 @@ fn val_rows_given_twice_are_refused_by_their_content() {
         copy.push_str(&format!("{pressure};{}\r\n", time_s + 1000.0));
     }
     fs::write(root.join("copy.csv"), copy).expect("written");
+    let mut export = String::from("time_s,pressure_bar_gauge\n");
+    for line in leak(5.0, 1).lines().skip(1).step_by(2) {
+        let (time, pressure) = line.split_once(',').expect("two cells");
+        let pressure: f64 = pressure.parse().expect("a number");
+        export.push_str(&format!("{time},{pressure:.4}\n"));
+    }
+    fs::write(root.join("export.csv"), export).expect("written");
     for command in ["fit", "diagnose"] {
         let given = [command, "--rig", "rig.toml", "--train", "a.csv"];
         let held_out = [&given[..], &["--held-out", "copy.csv"]].concat();
@@ -239,6 +246,9 @@ fn val_rows_given_twice_are_refused_by_their_content() {
             &held_out,
             "copy.csv:2: rows from here on are trained on too (a.csv)",
         );
+        let exported = [&given[..], &["--held-out", "export.csv"]].concat();
+        let said = "export.csv:2: rows from here on have the noise of rows that are trained on too";
+        refused(root, &exported, said);
         let twice = [&given[..], &["copy.csv"]].concat();
         refused(root, &twice, "given twice");
         let parts = [command, "--rig", "rig.toml", "--train", "a.csv@0..60"];

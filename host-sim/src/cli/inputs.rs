@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 use super::CommandError;
 use crate::laws::{Law, needs};
 use crate::recording::Recording;
-use crate::recording_set::shared_stretch;
+use crate::recording_set::{reworked_stretch, shared_stretch};
 use crate::report::Provenance;
 use crate::rig::Rig;
 use crate::text::file_name;
@@ -94,17 +94,21 @@ pub(super) fn check_apart(train: &[Recording], held_out: &[Recording]) -> Result
     let all: Vec<&Recording> = train.iter().chain(held_out).collect();
     for (place, later) in all.iter().enumerate() {
         for (other, earlier) in all[..place].iter().enumerate() {
-            let Some(line) = shared_stretch(earlier, later) else {
-                continue;
+            let (line, rows) = match shared_stretch(earlier, later) {
+                Some(line) => (line, "rows from here on are"),
+                None => match reworked_stretch(earlier, later) {
+                    Some(line) => (line, "rows from here on have the noise of rows that are"),
+                    None => continue,
+                },
             };
             let (later, earlier) = (&later.name, &earlier.name);
             return Err(bad_input(if other < train.len() && place >= train.len() {
                 format!(
-                    "{later}:{line}: rows from here on are trained on too ({earlier}), expected different recordings"
+                    "{later}:{line}: {rows} trained on too ({earlier}), expected different recordings"
                 )
             } else {
                 format!(
-                    "{later}:{line}: rows from here on are given twice ({earlier}), expected each recording once"
+                    "{later}:{line}: {rows} given twice ({earlier}), expected each recording once"
                 )
             }));
         }
