@@ -36,10 +36,6 @@ const GAIN_KNOWN_TO: f64 = 0.0025;
 /// Numbers for which a bound is as good a value as any: chords, a smooth curve, an edge at a point.
 pub const MAY_END_AT_A_BOUND: [&str; 2] = ["valve.curve_roundness", EDGE];
 
-/// A path begins to open within so much of the last point at which it is closed, V: dead zones of
-/// one type of valve differ by no more (0.2 to 0.5 V over all types), however far the next point is.
-const LATEST_EDGE_V: f64 = 0.1;
-
 /// Where the areas begin to rise.
 const EDGE: &str = "valve.edge_V";
 
@@ -66,11 +62,10 @@ pub fn with_built_in_priors(rig: &Rig) -> Rig {
         is_known_to(key, deviation);
         numbers.push((key, number));
     }
-    if let Some((from_v, to_v)) = edge_between_v(valve) {
-        let within_v = (to_v - from_v).min(LATEST_EDGE_V);
+    if let Some(((from_v, to_v), by_chord_v)) = edge(valve) {
         // The deviation of an even spread.
-        is_known_to(EDGE, within_v / 12.0_f64.sqrt());
-        numbers.push((EDGE, from_v + 0.5 * within_v));
+        is_known_to(EDGE, (to_v - from_v) / 12.0_f64.sqrt());
+        numbers.push((EDGE, by_chord_v));
     }
     for (key, number) in numbers {
         if rig.value(key).is_none() {
@@ -91,8 +86,13 @@ pub fn is_built_in(key: &str) -> bool {
 
 /// Between which openings the areas begin to rise, V.
 pub fn edge_between_v(valve: &Valve) -> Option<(f64, f64)> {
-    let table = AreaTable::<f64>::new(&valve.opening_v, &valve.supply_area_m2);
-    table.ok()?.edge_between_v()
+    edge(valve).map(|(between_v, _)| between_v)
+}
+
+/// The same, and where they do as the points past the gap have it.
+fn edge(valve: &Valve) -> Option<((f64, f64), f64)> {
+    let table = AreaTable::<f64>::new(&valve.opening_v, &valve.supply_area_m2).ok()?;
+    table.edge_between_v().zip(table.edge_by_chord_v())
 }
 
 #[cfg(test)]
@@ -114,7 +114,7 @@ mod tests {
         }
         let (from_v, to_v) = edge_between_v(rig.valve.as_ref().unwrap()).unwrap();
         let edge_v = known.value(EDGE).unwrap();
-        assert!(from_v < edge_v && edge_v < to_v);
+        assert!(from_v <= edge_v && edge_v < to_v);
         rig.valve = None;
         assert_eq!(with_built_in_priors(&rig).value("valve.edge_V"), None);
     }

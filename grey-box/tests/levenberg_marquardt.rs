@@ -465,6 +465,30 @@ fn wrong_derivatives_are_not_called_converged() {
     assert_eq!(fit.converged, Reason::Stalled);
 }
 
+/// Rows of plus and minus one about `mean` by a law with a kink at its best place: what stands
+/// between the kink and the minimum of a smooth law is that mean, in deviations of it.
+#[test]
+fn val_a_kink_within_the_noise_is_a_minimum_and_one_beyond_it_is_not() {
+    const ROWS: usize = 400;
+    let fitted = |deviations: f64| {
+        let mean = -deviations / (ROWS as f64).sqrt();
+        let mut problem = |values: &[f64], equations: &mut NormalEquations| {
+            for row in 0..ROWS {
+                let noise = if row % 2 == 0 { 1.0 } else { -1.0 };
+                let slope = if values[0] < 0.0 { -1.0 } else { 1.0 };
+                equations.add_row(slope * values[0] - (mean + noise), &[slope]);
+            }
+        };
+        let parameters = [Parameter::new(0.7).with_scale(1.0)];
+        solve(&mut problem, &parameters, &Options::default()).expect("it starts")
+    };
+    for (deviations, reason) in [(0.2, Reason::Cost), (1.0, Reason::Stalled)] {
+        let fit = fitted(deviations);
+        assert_eq!(fit.converged, reason, "{deviations}");
+        assert!(fit.values[0].abs() < 1e-3, "{}", fit.values[0]);
+    }
+}
+
 #[test]
 fn a_prior_alone_gives_itself_back() {
     let mut nothing = |_: &[f64], _: &mut NormalEquations| {};

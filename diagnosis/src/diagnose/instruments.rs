@@ -1,7 +1,7 @@
 //! Wiring and instruments, by trial: is there one mistake of the kind that people
 //! make with gauges, wires and loggers that reconciles the recordings with the rig?
 //!
-//! Where the refitted chambers miss something plainly, each mistake in turn is undone
+//! Where the refitted chambers miss more than those of a sound axis do, each mistake in turn is undone
 //! in the recordings, and the model is refitted to what they then are. Gauges that count
 //! from the atmosphere, a live zero, exchanged wires and a command that is logged late
 //! have known sizes or one number; no physics of the list can undo them. One that takes
@@ -12,7 +12,7 @@
 //! finds a valve that is late and a position that is early by the same time, the gauges are late:
 //! one cause, and none of the axis.
 
-use super::fitted::{Bench, Fitted};
+use super::fitted::{Bench, Fitted, STEPS_FROM_GIVEN};
 use super::{LawDiagnosis, search};
 use crate::effects::flow::valve_delay;
 use crate::effects::sensing::position_time_skew;
@@ -31,6 +31,8 @@ const RIVAL: f64 = 3.0;
 const FULL_SCALES_BAR: [f64; 3] = [6.0, 10.0, 16.0];
 /// 4 to 20 mA read as 0 to 20 mA: a fifth of the range, and four fifths of the pressure.
 const LIVE_ZERO: f64 = 0.2;
+/// So many kinds of mistake that leave least after a few steps of a fit are fitted to the end.
+const FINALISTS: usize = 3;
 /// How late a command may be logged, in rows.
 const LATE_ROWS: [usize; 9] = [1, 2, 3, 4, 5, 7, 10, 15, 20];
 const BAR_PA: f64 = 1e5;
@@ -84,7 +86,7 @@ enum Undo {
 pub(super) fn mistake(rig: &Rig, train: &[Recording]) -> Option<(String, Fault)> {
     let tried = train.iter().min_by_key(|recording| recording.len())?;
     let row_s = crate::laws::median_step_s(&tried.time_s);
-    let before = missed(rig, tried).filter(|missed| missed.is_plain)?;
+    let before = missed(rig, tried).filter(|missed| missed.is_unsound)?;
     let mistakes: Vec<Mistake> = mistakes(rig, row_s)
         .into_iter()
         .filter(|mistake| {
@@ -94,29 +96,48 @@ pub(super) fn mistake(rig: &Rig, train: &[Recording]) -> Option<(String, Fault)>
                 .all(|name| tried.signal(name).is_some())
         })
         .collect();
-    let left = |mistake: &Mistake| {
-        let after = missed(rig, &mistake.undone(tried));
-        after.map_or(f64::INFINITY, |after| after.excess / before.excess)
-    };
-    let left: Vec<f64> = mistakes.par_iter().map(left).collect();
-    let mut order: Vec<usize> = (0..mistakes.len()).collect();
-    order.sort_by(|one, other| left[*one].total_cmp(&left[*other]));
-    let best = *order.first()?;
+    let begun = |mistake: &Mistake| left_in_brief(rig, &mistake.undone(tried), &before.fitted);
+    let begun: Vec<f64> = mistakes.par_iter().map(begun).collect();
+    let finished: Vec<(f64, &Mistake)> = best_of_kinds(&mistakes, &begun)
+        .into_par_iter()
+        .map(|mistake| {
+            let after = missed(rig, &mistake.undone(tried));
+            let left = after.map_or(f64::INFINITY, |after| after.excess / before.excess);
+            (left, mistake)
+        })
+        .collect();
+    let least = |one: &&(f64, &Mistake), other: &&(f64, &Mistake)| one.0.total_cmp(&other.0);
+    let &(left, best) = finished.iter().min_by(least)?;
     // Neighbouring shifts of one signal, and a live zero over another range, are no rivals.
-    let is_rival = |other: &&usize| mistakes[**other].kind() != mistakes[best].kind();
-    let rival = order
+    let rivals = finished
         .iter()
-        .find(is_rival)
-        .map_or(f64::INFINITY, |other| left[*other]);
-    (left[best] < LEFT && rival > RIVAL * left[best]).then(|| {
+        .filter(|(_, other)| other.kind() != best.kind());
+    let rival = rivals
+        .min_by(least)
+        .map_or(f64::INFINITY, |(left, _)| *left);
+    (left < LEFT && rival > RIVAL * left).then(|| {
         let said = format!(
             "{}; with that corrected the refitted model misses {:.1} % less of the chamber pressures",
-            mistakes[best].what,
-            100.0 * (1.0 - left[best])
+            best.what,
+            100.0 * (1.0 - left)
         );
-        let fault = whole(tried, mistakes[best].signals[0], &said);
+        let fault = whole(tried, best.signals[0], &said);
         (tried.name.clone(), fault)
     })
+}
+
+/// Of mistakes and what a fit that was begun leaves with each, the best of each kind, the best
+/// kinds only.
+fn best_of_kinds<'m>(mistakes: &'m [Mistake], left: &[f64]) -> Vec<&'m Mistake> {
+    let mut order: Vec<(f64, &Mistake)> = left.iter().copied().zip(mistakes).collect();
+    order.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let mut best: Vec<&Mistake> = Vec::new();
+    for (_, mistake) in order {
+        if best.len() < FINALISTS && best.iter().all(|one| one.kind() != mistake.kind()) {
+            best.push(mistake);
+        }
+    }
+    best
 }
 
 impl Mistake {
@@ -233,23 +254,29 @@ fn of_gauges(
 
 /// What the refitted chambers miss of a recording.
 struct Missed {
+    fitted: Fitted,
     /// Mean squares in units of the noise, above it, summed over the pressures.
     excess: f64,
-    is_plain: bool,
+    is_unsound: bool,
 }
 
 fn missed(rig: &Rig, recording: &Recording) -> Option<Missed> {
     let tracks = [Track::new(recording)];
     let bench = Bench::new(Law::Chambers, rig, &tracks).for_search();
-    let fitted: Fitted = search::baseline(&bench)?;
-    let squares = fitted.mean_square.iter().zip(&bench.noise);
-    let excess = squares
-        .map(|(square, noise)| (square / noise.powi(2) - 1.0).max(0.0))
-        .sum();
+    let fitted = search::baseline(&bench)?;
     Some(Missed {
-        excess,
-        is_plain: bench.misses_plainly(&fitted),
+        excess: fitted.energy_above(&bench.noise),
+        is_unsound: bench.is_unsound(&fitted),
+        fitted,
     })
+}
+
+/// The energy that a few steps from the rig as given leave of a recording; `like` has its names.
+fn left_in_brief(rig: &Rig, recording: &Recording, like: &Fitted) -> f64 {
+    let tracks = [Track::new(recording)];
+    let bench = Bench::new(Law::Chambers, rig, &tracks).for_search();
+    let begun = bench.ranked_by(&[], &bench.as_given(like), STEPS_FROM_GIVEN);
+    begun.map_or(f64::INFINITY, |begun| begun.energy_above(&bench.noise))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 use super::candidates::{Candidate, twins};
 use super::fitted::{Bench, Fitted, Set};
 use super::leaps;
-use super::prospect::{self, PROMISING};
+use super::prospect;
 use super::search::evidence::{PLAIN_RATIO, mean};
 use crate::effects::{self, Kind};
 use crate::fit::law_problem::{Folds, windows};
@@ -60,7 +60,7 @@ pub fn search(
 ) -> Vec<Fitted> {
     let mut starts = Start::likely(bench, baseline);
     starts.extend(Start::between_recordings(bench, baseline));
-    let mut begun: Vec<(Set, Fitted)> = promising_of(bench, &starts, score);
+    let mut begun: Vec<(Set, Fitted)> = promising_of(bench, &starts, baseline, score);
     begun.par_extend(
         lasting
             .par_iter()
@@ -76,7 +76,8 @@ pub fn search(
     else {
         return first;
     };
-    if score(best) > score(baseline) + bench.noise.len() as f64 * HOPELESS.ln() {
+    let is_hopeless = best.energy_above(&bench.noise) > prospect::hopeful(bench, baseline);
+    if is_hopeless || score(best) > score(baseline) + bench.noise.len() as f64 * HOPELESS.ln() {
         return first;
     }
     let again = Start {
@@ -84,7 +85,7 @@ pub fn search(
         spans_s: presence.spans_s,
     };
     // In its own spans a rival comes near the best at once.
-    let mut begun = promising_of(bench, &[again], score);
+    let mut begun = promising_of(bench, &[again], baseline, score);
     retain_what_may_show(bench, baseline, &mut begun);
     let mut all = round(bench, &begun, score, far_from(best));
     all.extend(first);
@@ -364,9 +365,10 @@ fn where_gauges_leap(bench: &Bench<'_>, baseline: &Fitted) -> Vec<(Set, Fitted)>
 fn promising_of(
     bench: &Bench<'_>,
     starts: &[Start],
+    baseline: &Fitted,
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<(Set, Fitted)> {
-    let of_start = |start| promising(bench, start, score);
+    let of_start = |start| promising(bench, start, baseline, score);
     starts.iter().flat_map(of_start).collect()
 }
 
@@ -375,6 +377,7 @@ fn promising_of(
 fn promising(
     bench: &Bench<'_>,
     start: &Start,
+    baseline: &Fitted,
     score: &(impl Fn(&Fitted) -> f64 + Sync),
 ) -> Vec<(Set, Fitted)> {
     let begun = |set: Set| {
@@ -398,8 +401,8 @@ fn promising(
     if bench.law == Law::Balance {
         return all;
     }
-    let order = prospect::order(bench, &start.model, &all, score);
-    let best = order.into_iter().take(PROMISING);
+    let hopes = prospect::hopes(bench, &start.model, &all);
+    let best = prospect::promising(bench, baseline, &hopes, score).into_iter();
     best.map(|place| all[place].clone()).collect()
 }
 

@@ -2,7 +2,8 @@
 
 use super::fitted::{Bench, Columns, Fitted};
 use crate::effects::Mark;
-use crate::laws::{Law, Track};
+use crate::laws::{Law, Output, Track};
+use crate::rig::Rig;
 
 /// A misfit whose energy is this much above the noise's shows that something is missing,
 /// effect or none: the declared noise of a sensor is hardly better known (5 % of its size).
@@ -136,7 +137,7 @@ impl Bench<'_> {
 
     /// Whether the law stands on a valve, which no rig file knows but nearly.
     pub(super) fn is_nearly_known(&self) -> bool {
-        self.law == Law::Chambers && self.rig.valve.is_some()
+        is_nearly_known(self.law, self.rig)
     }
 
     /// Whether a model misses so much that it is no sound one: plainly, and more than a valve and
@@ -145,16 +146,11 @@ impl Bench<'_> {
         if !self.is_nearly_known() {
             return self.misses_plainly(model);
         }
-        let outputs = self.law.outputs(self.rig);
-        let recorded = |track: &Track<'_>| -> Columns {
-            let columns = outputs.iter().map(|output| track.recorded(output));
-            columns.map(<[f64]>::to_vec).collect()
-        };
-        let recorded: Vec<Columns> = self.tracks.iter().map(recorded).collect();
-        let mut energies = self.energies(&recorded).enumerate();
-        energies.any(|(output, energy)| {
-            self.excess(model, output) > MISSED + DISCREPANCY.powi(2) * energy
-        })
+        let left = left_by_a_sound_model(self.law, self.rig, self.tracks);
+        let outputs = left.into_iter().zip(&self.noise).enumerate();
+        outputs
+            .map(|(output, (left, noise))| (self.excess(model, output), left / noise.powi(2)))
+            .any(|(excess, left)| excess > MISSED + left)
     }
 
     /// Whether a model misses some output that can be trusted to show it. A break-away
@@ -167,6 +163,32 @@ impl Bench<'_> {
         };
         (0..trusted).any(|output| self.excess(model, output) > least)
     }
+}
+
+fn is_nearly_known(law: Law, rig: &Rig) -> bool {
+    law == Law::Chambers && rig.valve.is_some()
+}
+
+/// What a sound model of a law leaves of each output beside the noise, mean squares, SI: nought of a
+/// law that stands on no valve.
+pub(super) fn left_by_a_sound_model(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> Vec<f64> {
+    let share = if is_nearly_known(law, rig) {
+        DISCREPANCY.powi(2)
+    } else {
+        0.0
+    };
+    let outputs = law.outputs(rig).into_iter();
+    let mean_square = |output: Output| {
+        let rows = tracks.iter().flat_map(|track| track.recorded(&output));
+        let squares = rows
+            .filter(|value| !value.is_nan())
+            .map(|value| value * value);
+        let (sum, rows) = squares.fold((0.0, 0_usize), |(sum, rows), square| {
+            (sum + square, rows + 1)
+        });
+        sum / rows.max(1) as f64
+    };
+    outputs.map(|output| share * mean_square(output)).collect()
 }
 
 /// How much the mean square of so many draws of noise varies, in units of it.

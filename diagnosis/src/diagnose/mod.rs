@@ -537,7 +537,7 @@ fn prove(
             progress("input error that explains the misfit");
             law.ask_for_input_anew(rig, train);
         }
-        if proof::surprises(law, &heard) {
+        if proof::surprises(law, rig, &tracks, &heard) {
             law.is_surprised = true;
             let misfits =
                 locate::locate(law.law, rig, &tracks, &law.left_of_held_out(&tracks, rig));

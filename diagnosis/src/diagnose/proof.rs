@@ -10,6 +10,7 @@ use super::fitted::{Bench, Columns, Fitted};
 use super::fold_squares::row_squares;
 use super::intermittent;
 use super::leaps;
+use super::misfit::left_by_a_sound_model;
 use super::search::{PLAIN_RATIO, mean};
 use super::sensor_noise;
 use super::{LawDiagnosis, Model};
@@ -455,14 +456,26 @@ pub(super) fn is_worse(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
 }
 
 /// Whether held-out recordings show that something is missing where the training recordings
-/// are explained: what they alone excite. Not asked of a law whose shown signal hangs on
-/// chance (a carriage that sticks).
-pub(super) fn surprises(law: &LawDiagnosis, held_out: &[Recording]) -> bool {
+/// are explained: what they alone excite, beyond what a sound model leaves. Not asked of a law
+/// whose shown signal hangs on chance (a carriage that sticks).
+pub(super) fn surprises(
+    law: &LawDiagnosis,
+    rig: &Rig,
+    tracks: &[Track<'_>],
+    held_out: &[Recording],
+) -> bool {
     if law.missed || hangs_on_chance(law) {
         return false;
     }
-    let energies = energies(law, Model::Improved, |run| &run.free_run, held_out);
-    energies.is_some_and(|energies| energies.iter().any(|energy| *energy > SURPRISING.powi(2)))
+    let Some(energies) = energies(law, Model::Improved, |run| &run.free_run, held_out) else {
+        return false;
+    };
+    let sound = left_by_a_sound_model(law.law, rig, tracks).into_iter();
+    let sound = sound
+        .zip(&law.floor)
+        .map(|(left, floor)| left / floor.powi(2));
+    let mut outputs = energies.into_iter().zip(sound);
+    outputs.any(|(energy, sound)| energy > SURPRISING.powi(2) + sound)
 }
 
 /// Whether the signal that a law is shown by is not the one that it is searched by, because

@@ -87,7 +87,7 @@ impl<R: Real> AreaTable<R> {
             ..*self
         };
         for &bend_v in bends_v {
-            self.insert_opening(bend_v);
+            self.insert_point(bend_v, R::ZERO);
         }
         let mut before_m2 = self.areas_m2[0];
         for point in 1..self.length {
@@ -98,8 +98,8 @@ impl<R: Real> AreaTable<R> {
         }
     }
 
-    /// Makes an opening a point, unless one is there or there is no room; its area is to follow.
-    fn insert_opening(&mut self, opening_v: R) {
+    /// Makes an opening a point of this area, unless one is there or there is no room.
+    pub(super) fn insert_point(&mut self, opening_v: R, area_m2: R) {
         let apart_v = R::from_f64(LEAST_APART_V);
         let mut points = self.openings_v().iter();
         let is_there = points.any(|point_v| (*point_v - opening_v).abs() < apart_v);
@@ -109,9 +109,11 @@ impl<R: Real> AreaTable<R> {
         let mut place = self.length;
         while place > 1 && at(&self.openings_v, place - 1) > opening_v {
             self.openings_v[place] = at(&self.openings_v, place - 1);
+            self.areas_m2[place] = at(&self.areas_m2, place - 1);
             place -= 1;
         }
         self.openings_v[place] = opening_v;
+        self.areas_m2[place] = area_m2;
         self.length += 1;
     }
 

@@ -52,11 +52,29 @@ impl<R: Real> AreaTable<R> {
     }
 
     /// Between which openings of the table the areas begin to rise, V; `None` of one whose areas
-    /// rise from nought on.
+    /// never rise. A table whose second point lets more through than the first says no more than
+    /// that the edge lies between the two.
     pub fn edge_between_v(&self) -> Option<(R, R)> {
         let edge = self.edge();
         let (own_v, next_v) = (self.opening_at(edge), self.opening_at(edge + 1));
-        (edge > 0 && next_v > own_v).then_some((own_v, next_v))
+        (next_v > own_v).then_some((own_v, next_v))
+    }
+
+    /// Where the areas begin to rise as the next two points have it, V: their chord meets the
+    /// leakage there, or leaves the gap. A curve that bends up past its edge begins before, one
+    /// that bends down after.
+    pub fn edge_by_chord_v(&self) -> Option<R> {
+        let (own_v, next_v) = self.edge_between_v()?;
+        let next = self.edge() + 1;
+        if next == self.last_point() {
+            return Some(R::from_f64(0.5) * (own_v + next_v));
+        }
+        let rise_m2 = self.point_area(next) - self.point_area(self.edge());
+        let (_, slope) = self.chord(next + 1);
+        if slope <= R::ZERO {
+            return Some(own_v);
+        }
+        Some((next_v - rise_m2 / slope).max(own_v))
     }
 
     /// Number of the last point that has the leakage alone.
@@ -69,10 +87,18 @@ impl<R: Real> AreaTable<R> {
     }
 
     fn move_edge(&mut self, edge_v: R) {
-        if let Some((own_v, next_v)) = self.edge_between_v() {
-            let most_v = next_v - (next_v - own_v) * R::from_f64(LEAST_PART);
-            self.set_opening(self.edge(), edge_v.max(own_v).min(most_v));
+        let Some((own_v, next_v)) = self.edge_between_v() else {
+            return;
+        };
+        let edge = self.edge();
+        let near_v = (next_v - own_v) * R::from_f64(LEAST_PART);
+        let most_v = next_v - near_v;
+        if edge > 0 {
+            return self.set_opening(edge, edge_v.max(own_v).min(most_v));
         }
+        // The first point stays, and what flows at it flows up to the edge.
+        let leakage_m2 = self.point_area(edge);
+        self.insert_point(edge_v.max(own_v + near_v).min(most_v), leakage_m2);
     }
 
     fn rounded(&self, roundness: R) -> Self {
@@ -244,7 +270,41 @@ mod tests {
         let areas_m2 = openings_v.map(|opening_v| area_m2(opening_v, 1.25));
         let full = AreaTable::<f64>::new(&openings_v, &areas_m2).unwrap();
         assert_eq!(full.curved(None, 1.0), full);
-        let rising = AreaTable::<f64>::new(&[0.0, 1.0], &[0.0, 1e-6]).unwrap();
-        assert_eq!(rising.edge_between_v(), None);
+        let level = AreaTable::<f64>::new(&[0.0, 1.0], &[1e-8, 1e-8]).unwrap();
+        assert_eq!(level.edge_between_v(), None);
+        assert_eq!(level.curved(Some(0.5), 0.0), level);
+    }
+
+    /// Nine points of which the second lets more through than the leakage.
+    #[test]
+    fn val_an_edge_before_the_second_point_is_a_point_of_its_own() {
+        let openings_v = [0.0, 0.3, 0.4, 0.6, 1.0, 2.0, 3.5, 5.0];
+        let areas_m2 = openings_v.map(|opening_v| area_m2(opening_v, 1.25));
+        let chords = AreaTable::<f64>::new(&openings_v, &areas_m2).unwrap();
+        assert_eq!(chords.edge_between_v(), Some((0.0, 0.3)));
+        let curve = chords.curved(Some(EDGE_V), 1.0);
+        assert!(missed(&chords, 1.25) > 1.0);
+        assert!(missed(&curve, 1.25) < 0.05, "{}", missed(&curve, 1.25));
+        for edge_v in [-1.0, 0.0, 0.1, 0.29, 9.0] {
+            let curve = chords.curved(Some(edge_v), 0.0);
+            assert!(curve.openings_v().windows(2).all(|pair| pair[0] < pair[1]));
+            for opening_v in openings_v {
+                let apart_m2 = curve.area_m2(opening_v) - chords.area_m2(opening_v);
+                assert!(apart_m2.abs() < 1e-18, "{opening_v}");
+            }
+        }
+    }
+
+    #[test]
+    fn val_the_chord_past_the_gap_finds_the_edge_of_a_straight_curve() {
+        fn straight<const N: usize>(edge_v: f64, openings_v: [f64; N]) -> f64 {
+            let area = |opening_v: f64| 1e-8 + 4e-6 * (opening_v - edge_v).max(0.0);
+            let table = AreaTable::<f64>::new(&openings_v, &openings_v.map(area)).unwrap();
+            table.edge_by_chord_v().unwrap()
+        }
+        assert!((straight(0.13, [0.0, 0.2, 0.5, 5.0]) - 0.13).abs() < 1e-12);
+        assert!((straight(0.27, [0.0, 0.2, 0.5, 1.0]) - 0.27).abs() < 1e-12);
+        assert!((straight(-0.4, [0.0, 0.2, 0.5]) - 0.0).abs() < 1e-12);
+        assert!((straight(0.4, [0.0, 1.0]) - 0.5).abs() < 1e-12);
     }
 }

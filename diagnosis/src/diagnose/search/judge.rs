@@ -12,6 +12,7 @@ use crate::effects::sensing::position_time_skew;
 use crate::effects::{self, Kind, Mark};
 use crate::fit::Presence;
 use crate::laws::{Law, balance, median_step_s};
+use std::sync::OnceLock;
 
 /// Growing stops when the best set of a size is not better than the best
 /// smaller one by this part of its misfit, twice in a row. Far under what is
@@ -45,6 +46,8 @@ pub(super) struct Judge<'a> {
     pub(super) fitted: Vec<Fitted>,
     /// Ranked only, by some steps of a fit or by what they promise.
     pub(super) ranked: Vec<Fitted>,
+    /// What each effect alone promises beside the baseline, once that was asked for.
+    pub(super) hoped: OnceLock<Vec<Option<Fitted>>>,
     /// Sets and values that were grown, with what came of each.
     pub(super) grown: Vec<(Set, Vec<f64>, Vec<Fitted>)>,
     pub(super) fits: usize,
@@ -62,6 +65,7 @@ impl<'a> Judge<'a> {
             judged: Vec::new(),
             fitted: vec![baseline.clone()],
             ranked: Vec::new(),
+            hoped: OnceLock::new(),
             grown: Vec::new(),
             fits: 0,
             told_from_noise: bench.told_from_noise(baseline),
@@ -171,7 +175,8 @@ impl<'a> Judge<'a> {
     /// brings alone to the data it was fitted to, or promises to.
     pub(super) fn needless(&self, candidate: usize) -> Evidence {
         let alone = |fitted: &&Fitted| fitted.set == [candidate];
-        let fitted = self.fitted.iter().chain(&self.ranked);
+        let hoped = self.hoped.get().into_iter().flatten().flatten();
+        let fitted = self.fitted.iter().chain(&self.ranked).chain(hoped);
         let gain = fitted
             .filter(alone)
             .map(|fitted| self.score(self.baseline) - self.score(fitted))

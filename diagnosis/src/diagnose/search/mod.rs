@@ -195,7 +195,8 @@ fn grow(judge: &mut Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) ->
     let mut best = beam.first()?.clone();
     let mut stale = 0;
     for size in 2..=LARGEST_SET {
-        if stale == judge.patience() || judge.is_explained(&best) || judge.leaves_blows(&best) {
+        let is_settled = judge.is_explained(&best) || judge.leaves_blows(&best);
+        if stale == judge.patience() || is_settled || judge.keeps_no_promise(&best) {
             break;
         }
         progress(&format!("sets of {size} effects"));
@@ -318,7 +319,7 @@ fn exchange(
 
 /// What each effect that was not accepted would add to the accepted ones.
 fn declined_evidence(judge: &mut Judge<'_>, improved: &Fitted) -> Vec<Evidence> {
-    if judge.is_explained(improved) {
+    if judge.is_explained(improved) || judge.is_hopeless() {
         let candidates = judge.bench.candidates.iter().enumerate();
         let lasting = candidates.filter(|(_, candidate)| candidate.taken_up_by.is_empty());
         let lasting = lasting.map(|(index, _)| index);

@@ -4,7 +4,7 @@ use super::evidence::PLAIN_RATIO;
 use super::judge::Judge;
 use crate::diagnose::candidates::twins;
 use crate::diagnose::fitted::{Fitted, STEPS_FROM_GIVEN, Set, with};
-use crate::diagnose::prospect::{self, PROMISING};
+use crate::diagnose::prospect;
 use crate::laws::Law;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -42,6 +42,9 @@ impl Judge<'_> {
     /// Every candidate alone. Where fits are long they start from the rig as
     /// given: a refit has bent the ordinary parameters around what is missing.
     pub(super) fn singles(&mut self) -> Vec<Fitted> {
+        if self.is_hopeless() {
+            return Vec::new();
+        }
         let parent = if self.bench.is_long() {
             self.bench.as_given(self.baseline)
         } else {
@@ -74,16 +77,46 @@ impl Judge<'_> {
         is_lower.then_some(lowest)
     }
 
+    /// Whether no effect alone promises to take what it would have to of what the refit leaves.
+    pub(super) fn is_hopeless(&self) -> bool {
+        let hopeful = prospect::hopeful(self.bench, self.baseline);
+        if !self.tells_by_prospects() || hopeful.is_infinite() {
+            return false;
+        }
+        let hopes = self.hopes_beside_refit().iter().flatten();
+        let mut left = hopes.map(|hope| hope.energy_above(&self.bench.noise));
+        left.all(|left| left > hopeful)
+    }
+
+    /// Whether a model leaves more of what the refit leaves than one whose effects are there.
+    pub(super) fn keeps_no_promise(&self, model: &Fitted) -> bool {
+        model.energy_above(&self.bench.noise) > prospect::hopeful(self.bench, self.baseline)
+    }
+
+    /// What each effect alone promises beside the refit, in the order of
+    /// [`Self::with_one_effect_more`].
+    pub(super) fn hopes_beside_refit(&self) -> &[Option<Fitted>] {
+        self.hoped.get_or_init(|| {
+            let baseline = self.baseline;
+            let sets = self.with_one_effect_more(baseline).into_iter();
+            let jobs: Vec<(Set, &Fitted)> = sets.map(|set| (set, baseline)).collect();
+            let hopes = prospect::hopes(self.bench, baseline, &jobs).into_iter();
+            let of_set = |(hope, (set, _)): (Option<Fitted>, _)| Some(Fitted { set, ..hope? });
+            hopes.zip(jobs).map(of_set).collect()
+        })
+    }
+
     /// The effects that promise most beside a refit that misses little, fitted from there: from
     /// the rig as given a few iterations do not come so near the noise that they show.
     fn promised_beside_refit(&mut self) -> Vec<Fitted> {
         let baseline = self.baseline;
-        let alone = |candidate| (vec![candidate], baseline);
-        let all = (0..self.bench.candidates.len()).map(alone);
-        let jobs: Vec<(Set, &Fitted)> = all.filter(|(set, _)| self.compatible(set)).collect();
-        let score = |fitted: &Fitted| self.score(fitted);
-        let order = prospect::order(self.bench, baseline, &jobs, &score);
-        let sets = order.into_iter().take(PROMISED).map(|place| &jobs[place].0);
+        let hopes = self.hopes_beside_refit();
+        let order = self
+            .promising_of(self.baseline, hopes)
+            .into_iter()
+            .take(PROMISED);
+        let sets = order.filter_map(|place| hopes[place].as_ref());
+        let sets = sets.map(|hope| &hope.set);
         let is_new = |set: &&Set| !self.fitted.iter().any(|fitted| fitted.set == **set);
         let sets: Vec<&Set> = sets.filter(is_new).collect();
         let fit = |set: &&Set| self.bench.fit(set, Some(baseline));
@@ -105,6 +138,10 @@ impl Judge<'_> {
     /// Every parent with every candidate that it does not have. On long
     /// recordings they are ranked first, and the best ones fitted to the end.
     pub(super) fn fit_children(&mut self, parents: &[Fitted]) -> Vec<Fitted> {
+        let are_given = parents.iter().all(|parent| parent.set.is_empty());
+        if are_given && self.is_hopeless() {
+            return Vec::new();
+        }
         let mut jobs: Vec<(Set, &Fitted)> = Vec::new();
         for parent in parents {
             for set in self.with_one_effect_more(parent) {
@@ -256,10 +293,14 @@ impl Judge<'_> {
         jobs: Vec<(Set, &'p Fitted)>,
         parent: &Fitted,
     ) -> Vec<(Set, &'p Fitted)> {
-        let score = |fitted: &Fitted| self.score(fitted);
-        let order = prospect::order(self.bench, parent, &jobs, &score);
-        let best = order.into_iter().take(PROMISING);
+        let hopes = prospect::hopes(self.bench, parent, &jobs);
+        let best = self.promising_of(parent, &hopes).into_iter();
         best.map(|place| jobs[place].clone()).collect()
+    }
+
+    /// The places of what promises most beside a model.
+    fn promising_of(&self, model: &Fitted, hopes: &[Option<Fitted>]) -> Vec<usize> {
+        prospect::promising(self.bench, model, hopes, &|fitted| self.score(fitted))
     }
 
     /// Effects alone, from the rig as given, that promise most beside that or beside the refit: the
@@ -271,27 +312,20 @@ impl Judge<'_> {
         jobs: Vec<(Set, &'p Fitted)>,
         given: &'p Fitted,
     ) -> Vec<(Set, &'p Fitted)> {
-        let beside = |model: &Fitted| {
-            let alone = jobs.iter().map(|(set, _)| (set.clone(), model));
-            prospect::hopes(self.bench, model, &alone.collect::<Vec<_>>())
-        };
-        let (beside_refit, beside_given) = (beside(self.baseline), beside(given));
-        let best = |hopes| {
-            let order = prospect::best_first(hopes, &|fitted| self.score(fitted));
-            order.into_iter().take(PROMISING)
-        };
-        let mut promising: BTreeSet<usize> = best(&beside_refit).collect();
-        promising.extend(best(&beside_given));
-        let (mut begun, mut hoped) = (Vec::new(), Vec::new());
-        for ((place, job), hope) in jobs.into_iter().enumerate().zip(beside_refit) {
-            if promising.contains(&place) {
-                begun.push(job);
-            } else {
-                hoped.extend(hope.map(|hope| Fitted { set: job.0, ..hope }));
-            }
-        }
+        let beside_given = prospect::hopes(self.bench, given, &jobs);
+        let beside_refit = self.hopes_beside_refit();
+        let of = |hopes| self.promising_of(self.baseline, hopes).into_iter();
+        let promising: BTreeSet<usize> = of(beside_refit).chain(of(&beside_given)).collect();
+        let (begun, others): (Vec<_>, Vec<_>) = jobs
+            .into_iter()
+            .enumerate()
+            .partition(|(place, _)| promising.contains(place));
+        let hoped = others.iter();
+        let hoped: Vec<Fitted> = hoped
+            .filter_map(|(place, _)| beside_refit[*place].clone())
+            .collect();
         self.ranked.extend(hoped);
-        begun
+        begun.into_iter().map(|(_, job)| job).collect()
     }
 
     /// The same of one parent, not done twice where its children were fitted.
@@ -301,7 +335,8 @@ impl Judge<'_> {
             set.len() == parent.set.len() + 1 && parent.set.iter().all(|one| set.contains(one))
         };
         let known: Vec<Fitted> = self.fitted.iter().filter(is_child).cloned().collect();
-        if known.len() >= FINALISTS {
+        // Each effect alone has been looked at before anything else.
+        if known.len() >= FINALISTS || parent.set.is_empty() && self.tells_by_prospects() {
             return known;
         }
         let mut grown = self.grown.iter();
