@@ -28,6 +28,16 @@ fn claim(seed: u64) -> Option<String> {
     (!is_calm).then_some(verdict.sentence)
 }
 
+/// The first opens somewhere between nought and the second of nine points, which left 9 kPa, *unknown* at
+/// the valve; in the second a free run over held-out recordings strayed by 0.25 % of the pressure.
+#[test]
+#[ignore = "long: cargo xtask test --all"]
+fn regress_a_table_of_few_points_is_no_physics() {
+    for seed in [1_699_208_945, 85_679_170] {
+        assert_eq!(claim(seed), None, "{seed}");
+    }
+}
+
 /// A leak of 0.005 mm2 always, the same at chosen moments, and *unknown*, before an effect that leaves
 /// more than noise had to take next to all.
 #[test]

@@ -198,9 +198,10 @@ fn varies(draws: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::diagnose::drawn;
+    use crate::diagnose::{drawn, prospect};
+    use crate::imprecise::with_built_in_priors;
     use crate::laws::Track;
-    use truth_plant::{Kind, Request};
+    use truth_plant::{Kind, Nature, Request};
 
     const SEED: u64 = 3_558_890_495;
 
@@ -215,6 +216,18 @@ mod tests {
         assert!(worth && !missed);
         let (worth, missed) = judged(&Request::new(SEED, Kind::Nothing).with_noise(10.0));
         assert!(!worth && !missed);
+    }
+
+    /// Nine points, of which the second lets four times the leakage through: the refit left 9 kPa.
+    #[test]
+    fn regress_a_valve_that_opens_before_its_second_point_is_sound() {
+        let request = Request::new(1_699_208_945, Kind::Nothing);
+        let (rig, recordings) = drawn::read(&request.with_nature(Nature::ShopFloor));
+        let rig = with_built_in_priors(&rig);
+        let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
+        let (bench, baseline) = drawn::chambers(&rig, &tracks);
+        assert!(!bench.is_unsound(&baseline), "{:?}", baseline.mean_square);
+        assert!(prospect::hopeful(&bench, &baseline).is_finite());
     }
 
     fn judged(request: &Request) -> (bool, bool) {
