@@ -36,6 +36,7 @@ mod faults;
 mod features;
 mod generated;
 pub mod image;
+mod lengths;
 mod lint;
 pub mod plant;
 pub mod practice;

@@ -7,10 +7,13 @@
 //!   the framework generates is unsafe too.
 //! - `model-core` is `no_std`: also when a host build would not notice.
 //! - No files stand on each other in a circle ([`crate::circles`]).
+//! - No function is longer than a page ([`crate::lengths`]), but for start-up sequences and tables of
+//!   the firmware.
 //! - Nothing is built twice for want of a feature ([`features`]).
 
 use crate::circles::circles;
 use crate::features;
+use crate::lengths::long_functions;
 use crate::shell::{self, Outcome};
 use std::collections::BTreeMap;
 use std::fs;
@@ -45,6 +48,7 @@ pub fn run() -> Outcome {
             }
         }
     }
+    findings.extend(long_lines(&root, &sources)?);
     if !is_no_std(&read(&root.join("model-core/src/lib.rs"))?) {
         findings.push("model-core/src/lib.rs: `#![no_std]` is missing".to_owned());
     }
@@ -55,6 +59,25 @@ pub fn run() -> Outcome {
         return Ok(());
     }
     Err(findings.join("\n").into())
+}
+
+/// The functions that are too long, a line each.
+fn long_lines(root: &Path, sources: &[PathBuf]) -> Outcome<Vec<String>> {
+    let mut lines = Vec::new();
+    for path in sources {
+        let shown = path.strip_prefix(root).unwrap_or(path);
+        if shown.starts_with(FIRMWARE) || !shown.components().any(|part| part.as_os_str() == "src")
+        {
+            continue;
+        }
+        for (line, name, length) in long_functions(&read(path)?) {
+            let shown = shown.display();
+            lines.push(format!(
+                "{shown}:{line}: `{name}` has {length} lines, expected 60 at the most"
+            ));
+        }
+    }
+    Ok(lines)
 }
 
 /// The circles of files in any crate, a line each.

@@ -235,6 +235,36 @@ struct Along<R> {
     breaks: Vec<(Breakaway, FrictionLevels<R>)>,
 }
 
+impl<R> Along<R> {
+    fn with_room_for(rows: usize) -> Self {
+        Self {
+            gas_n: Vec::with_capacity(rows),
+            driving_n: Vec::with_capacity(rows),
+            force_n: Vec::with_capacity(rows),
+            breaks: Vec::new(),
+        }
+    }
+}
+
+fn dry<R: Real>(levels: FrictionLevels<R>) -> FrictionLevels<R> {
+    FrictionLevels {
+        viscous_n_s_per_m: R::ZERO,
+        ..levels
+    }
+}
+
+/// The levels of a friction that depends on the place.
+fn placed<R: Real>(
+    carriage: &Carriage<R>,
+    levels: FrictionLevels<R>,
+    place_m: R,
+) -> FrictionLevels<R> {
+    let effects = carriage.effects.as_ref();
+    effects.map_or(levels, |effects| {
+        effects.position_friction.levels(levels, place_m)
+    })
+}
+
 impl<R: Real> Driven<'_, R> {
     fn is_free(&self, position_m: f64) -> bool {
         self.ends_m.is_none_or(|[low, high]| {
@@ -255,12 +285,7 @@ impl<R: Real> Driven<'_, R> {
         let events = breakaways(time, reading).into_iter();
         let events = events.filter(|event| self.is_free(position[event.row]));
         let mut events = events.peekable();
-        let mut along = Along {
-            gas_n: Vec::with_capacity(track.len()),
-            driving_n: Vec::with_capacity(track.len()),
-            force_n: Vec::with_capacity(track.len()),
-            breaks: Vec::new(),
-        };
+        let mut along = Along::with_room_for(track.len());
         let velocity = |row: usize| R::from_f64(motion.velocity_m_per_s[row]);
         let mut state = CarriageState::new(R::from_f64(motion.position_m[0]), velocity(0));
         let mut sliding_before_n = None;
@@ -271,12 +296,12 @@ impl<R: Real> Driven<'_, R> {
             let dt_s = (time[row] - time[before]).max(1e-9);
             let way = motion.position_m[row] - motion.position_m[before];
             let dt = R::from_f64(dt_s);
+            // Of the position itself, as the acceleration is: the bump takes its noise. A smoothed velocity is
+            // off by 0.07 N where pressures part by 20 bar/s, and bent mass and friction by 2 to 4 %.
+            let speed = |row: usize| R::from_f64(slope(time, position, row, 1));
             let load_n = match &load {
-                // A contact lasts a few rows: its velocity is hardly smoothed.
                 Some(load) if row > 0 => {
-                    let [from, to] =
-                        [before, row].map(|row| R::from_f64(slope(time, position, row, 1)));
-                    load.follow(&mut state.load, from, to, dt)
+                    load.follow(&mut state.load, speed(before), speed(row), dt)
                 }
                 _ => R::ZERO,
             };
@@ -285,35 +310,25 @@ impl<R: Real> Driven<'_, R> {
             let declared_here = terms.levels(&declared, p_a - ambient, p_b - ambient);
             let levels = carriage.levels(&state, declared_here);
             if let Some(event) = events.next_if(|event| event.row <= row) {
-                let placed = carriage.effects.map_or(declared_here, |effects| {
-                    let place_m = state.position_m.value;
-                    effects.position_friction.levels(declared_here, place_m)
-                });
-                along.breaks.push((event, placed));
+                let place_m = state.position_m.value;
+                along
+                    .breaks
+                    .push((event, placed(carriage, declared_here, place_m)));
             }
-            let dry = FrictionLevels {
-                viscous_n_s_per_m: R::ZERO,
-                ..levels
-            };
+            let dry = dry(levels);
             let step = R::from_f64(way / dt_s);
             let here_n = dry.sliding_n(&bristle, step);
-            let sliding_n = [sliding_before_n.unwrap_or(here_n), here_n];
-            sliding_before_n = Some(here_n);
+            let sliding_n = [sliding_before_n.replace(here_n).unwrap_or(here_n), here_n];
             let (deflection, friction) =
                 bristle.step_driven_between(sliding_n, &dry, step, state.deflection_m, dt);
             state.deflection_m = deflection;
-            // Of the position itself, as the acceleration is: the bump takes its noise, and a smoothed
-            // velocity is off by 0.07 N where the pressures part by 20 bar/s. That bent mass and friction
-            // of two simulated axes by 2 to 4 %.
-            let speed = R::from_f64(slope(time, position, row, 1));
-            let viscous = levels.viscous_n_s_per_m * speed;
+            let viscous = levels.viscous_n_s_per_m * speed(row);
             let outer = outer_n(carriage, &state);
             let held_n = if is_loose { R::ZERO } else { load_n };
+            let force_n = gas_n - load_n - outer - friction - viscous;
             along.gas_n.push(gas_n.value());
             along.driving_n.push(gas_n - held_n - outer);
-            along
-                .force_n
-                .push(gas_n - load_n - outer - friction - viscous);
+            along.force_n.push(force_n);
         }
         along
     }

@@ -266,6 +266,15 @@ impl<'a, R: Real> Drive<'a, R> {
         }
     }
 
+    /// What a gauge of the supply shows.
+    fn supply_gauge_pa(&self, state: &PneumaticState<R>) -> R {
+        if self.gauges_tank {
+            state.tank.pressure_pa(self.declared_supply_pa)
+        } else {
+            self.declared_supply_pa
+        }
+    }
+
     fn supply(&self, row: usize) -> GasState<R> {
         GasState {
             pressure_pa: match self.supply_pa {
@@ -295,10 +304,7 @@ pub(super) fn predict<R: Real>(
     let onset_s = chamber_leakage::onset_s(values);
     let leaks = (pneumatics.leak_a, pneumatics.leak_b);
     let lag_s = pressure_sensor_lag::time_constant_s(values);
-    let mut layout = Layout::of(values, &pneumatics, &sides);
-    if initial.len() < layout.count() {
-        layout = layout.plain();
-    }
+    let layout = Layout::of(values, &pneumatics, &sides).or_plain(initial);
     let earlier = layout.earlier_command(initial);
     let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows, earlier)));
     let gauges: Vec<Gauge<R>> = sides.iter().map(|&side| Gauge::of(values, side)).collect();
@@ -313,11 +319,7 @@ pub(super) fn predict<R: Real>(
         for ((slot, gauge), shown_pa) in showing.iter_mut().zip(&gauges).zip(shown) {
             *slot = gauge.shows_pa(*shown_pa);
         }
-        showing[sides.len()] = if drive.gauges_tank {
-            state.tank.pressure_pa(drive.declared_supply_pa)
-        } else {
-            drive.declared_supply_pa
-        };
+        showing[sides.len()] = drive.supply_gauge_pa(state);
         layout.store(&mut states, state, (shown, drive.declared_supply_pa));
         sink.row(row, &showing[..outputs], &states[..layout.count()]);
     };
@@ -482,9 +484,13 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// The same without what effects add: a fit that only tries one out begins as if
-    /// nothing had happened before, the wall at its offset, the tank full.
-    fn plain(self) -> Self {
+    /// The same without what effects add, where a recording begins with fewer states: a fit that
+    /// only tries an effect out begins as if nothing had happened before, the wall at its offset,
+    /// the tank full.
+    fn or_plain<R>(self, initial: &[R]) -> Self {
+        if initial.len() >= self.count() {
+            return self;
+        }
         Self {
             walls: false,
             tank: false,

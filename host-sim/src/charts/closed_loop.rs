@@ -114,21 +114,41 @@ fn table(judged: &[Judged]) -> Table {
 }
 
 fn plots(run: &Run) -> ChartStack {
-    let curve = |name: &str, role, value: fn(&Row) -> f64| {
-        let points = run.rows.iter();
+    let stack = plots_of_forces(run, plots_of_gas(run, plots_of_motion(run)));
+    let curve = Curves(run);
+    stack.panel(
+        panel("State", "0 init, 1 idle, 2 track, 3 fault", "")
+            .height(STATE_HEIGHT_PX)
+            .y_range(-0.2, 3.2)
+            .series(
+                curve
+                    .of("state", Role::Recorded, |row| f64::from(row.command.state))
+                    .step(),
+            ),
+    )
+}
+
+fn panel(title: &str, quantity: &str, unit: &str) -> Chart {
+    Chart::new(title)
+        .y_axis(quantity, unit)
+        .height(PANEL_HEIGHT_PX)
+}
+
+/// The curves of a run over its time.
+struct Curves<'r>(&'r Run);
+
+impl Curves<'_> {
+    fn of(&self, name: &str, role: Role, value: fn(&Row) -> f64) -> Series {
+        let points = self.0.rows.iter();
         Series::new(name, role, points.map(|row| (row.truth.time_s, value(row))))
-    };
-    let panel = |title: &str, quantity: &str, unit: &str| {
-        Chart::new(title)
-            .y_axis(quantity, unit)
-            .height(PANEL_HEIGHT_PX)
-    };
-    let [position, velocity, friction, disturbance] = [
-        |row: &Row| MM_PER_M * row.error_of_belief_m(),
-        |row: &Row| f64::from(row.command.estimate[1]),
-        |row: &Row| f64::from(row.command.estimate[2]),
-        |row: &Row| f64::from(row.command.estimate[3]),
-    ];
+    }
+}
+
+fn plots_of_motion(run: &Run) -> ChartStack {
+    let curves = Curves(run);
+    let curve = |name, role, value| curves.of(name, role, value);
+    let position = |row: &Row| MM_PER_M * row.error_of_belief_m();
+    let velocity = |row: &Row| f64::from(row.command.estimate[1]);
     ChartStack::new("")
         .panel(
             panel("Carriage", "position", "mm")
@@ -154,6 +174,12 @@ fn plots(run: &Run) -> ChartStack {
                 .series(curve("observer", Role::Improved, velocity))
                 .series(curve("true", Role::Recorded, |row| row.truth.velocity_m_s)),
         )
+}
+
+fn plots_of_gas(run: &Run, stack: ChartStack) -> ChartStack {
+    let curves = Curves(run);
+    let curve = |name, role, value| curves.of(name, role, value);
+    stack
         .panel(
             panel("Valve", "command", "V")
                 .series(curve("command", Role::Recorded, |row| row.truth.command_v).step()),
@@ -173,18 +199,19 @@ fn plots(run: &Run) -> ChartStack {
                     .dashed(),
                 ),
         )
-        .panel(
-            panel("Forces", "force", "N")
-                .series(curve("friction", Role::Recorded, |row| {
-                    row.truth.friction_n
-                }))
-                .series(curve("friction, observer", Role::Improved, friction))
-                .series(curve("disturbance, observer", Role::Refitted, disturbance)),
-        )
-        .panel(
-            panel("State", "0 init, 1 idle, 2 track, 3 fault", "")
-                .height(STATE_HEIGHT_PX)
-                .y_range(-0.2, 3.2)
-                .series(curve("state", Role::Recorded, |row| f64::from(row.command.state)).step()),
-        )
+}
+
+fn plots_of_forces(run: &Run, stack: ChartStack) -> ChartStack {
+    let curves = Curves(run);
+    let curve = |name, role, value| curves.of(name, role, value);
+    let friction = |row: &Row| f64::from(row.command.estimate[2]);
+    let disturbance = |row: &Row| f64::from(row.command.estimate[3]);
+    stack.panel(
+        panel("Forces", "force", "N")
+            .series(curve("friction", Role::Recorded, |row| {
+                row.truth.friction_n
+            }))
+            .series(curve("friction, observer", Role::Improved, friction))
+            .series(curve("disturbance, observer", Role::Refitted, disturbance)),
+    )
 }

@@ -462,38 +462,42 @@ fn what(section: &mut Section, verdict: &Verdict) {
         if !is_named(verdict) {
             section.text("The verdict does not name these effects: they are candidates.");
         }
-        let mut table = Table::new([
-            "effect",
-            "meaning",
-            "size",
-            "probability",
-            "share of its law's misfit",
-            "hidden by a refit of the other parameters",
-            "probability of the same gain by chance",
-        ]);
-        for effect in &verdict.effects {
-            table = table.row([
-                Cell::from(effect_in_words(
-                    &effect.effect,
-                    effect.form.as_deref(),
-                    &effect.places,
-                )),
-                Cell::from(words::meaning(&effect.effect, effect.form.as_deref())),
-                Cell::from(spoken(effect)),
-                Cell::number(effect.probability, 2),
-                Cell::from(accounted_for(effect)),
-                Cell::from(format!("{:.0} %", 100.0 * effect.masked)),
-                Cell::from(by_chance(effect)),
-            ]);
-        }
-        section.table(table);
+        section.table(effects(verdict));
     }
     for note in &verdict.notes {
         section.callout(note.clone());
     }
-    if verdict.ranking.is_empty() {
-        return;
+    if !verdict.ranking.is_empty() {
+        ranking(section, verdict);
     }
+}
+
+fn effects(verdict: &Verdict) -> Table {
+    let mut table = Table::new([
+        "effect",
+        "meaning",
+        "size",
+        "probability",
+        "share of its law's misfit",
+        "hidden by a refit of the other parameters",
+        "probability of the same gain by chance",
+    ]);
+    for effect in &verdict.effects {
+        let form = effect.form.as_deref();
+        table = table.row([
+            Cell::from(effect_in_words(&effect.effect, form, &effect.places)),
+            Cell::from(words::meaning(&effect.effect, form)),
+            Cell::from(spoken(effect)),
+            Cell::number(effect.probability, 2),
+            Cell::from(accounted_for(effect)),
+            Cell::from(format!("{:.0} %", 100.0 * effect.masked)),
+            Cell::from(by_chance(effect)),
+        ]);
+    }
+    table
+}
+
+fn ranking(section: &mut Section, verdict: &Verdict) {
     section.subheading("All candidates");
     section.text(
         "Gain: increase in log-likelihood on parts of the training data that were not fitted; for long recordings, on the fitted rows. \

@@ -1,6 +1,6 @@
 //! `pneuma fit`: numbers of a rig file fitted to recordings.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -67,12 +67,7 @@ struct FitFile<'a> {
 pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     check_files(arguments)?;
     let given = read_rig(&arguments.rig)?;
-    let requests = arguments
-        .free
-        .iter()
-        .map(|text| FreeRequest::parse(text))
-        .collect::<Result<Vec<FreeRequest>, String>>()
-        .map_err(bad_input)?;
+    let requests = requests(arguments)?;
     // Who names what is free is taken at her word.
     let rig = if requests.is_empty() {
         with_built_in_priors(&given)
@@ -80,45 +75,26 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         given.clone()
     };
     let laws = laws(&rig)?;
-    let mut train = read_recordings(&arguments.train, &rig)?;
-    let mut held_out = read_recordings(&arguments.held_out, &rig)?;
+    let train = sorted(read_recordings(&arguments.train, &rig)?);
+    let held_out = sorted(read_recordings(&arguments.held_out, &rig)?);
     check_apart(&train, &held_out)?;
-    recording_set::sort(&mut train);
-    recording_set::sort(&mut held_out);
     let train_tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
     let held_tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
     let free = free_parameters(&rig, &laws, &train_tracks, &requests).map_err(bad_input)?;
     writeln!(out, "{}", headline(&train, &held_out))?;
     let remarks = say_remarks(&given, train.iter().chain(&held_out), out)?;
-    let mut fits: Vec<LawFit> = Vec::new();
-    for (&law, free) in laws.iter().zip(free) {
-        if free.is_empty() {
-            writeln!(out, "\n{}: none of its numbers is free", law.title())?;
-            continue;
-        }
-        let task = LawTask {
-            law,
-            given: &given,
-            rig: &rig,
-            train: &train_tracks,
-            held_out: &held_tracks,
-            free,
-        };
-        fits.push(fit_with_progress(&task)?);
-    }
-    // What speaks against the whole outcome comes first.
+    let tasks = laws.iter().zip(free).map(|(&law, free)| LawTask {
+        law,
+        given: &given,
+        rig: &rig,
+        train: &train_tracks,
+        held_out: &held_tracks,
+        free,
+    });
+    let fits = fit_each(tasks, out)?;
     let faults: Vec<String> = fits.iter().flat_map(LawFit::faults).collect();
-    for fault in &faults {
-        writeln!(out, "NOT TO BE TRUSTED: {fault}")?;
-    }
-    for fit in &fits {
-        write!(out, "\n{fit}")?;
-    }
     let (improved, notes) = improved_rig(&given, &fits);
-    for note in &notes {
-        writeln!(out, "note: {note}")?;
-    }
-    out.flush()?;
+    say(&fits, (&faults, &notes), out)?;
     let is_accepted = faults.is_empty() || arguments.accept;
     if is_accepted {
         write_improved(arguments, &improved, out)?;
@@ -137,8 +113,8 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
     }
     if let Some(path) = &arguments.report {
         let mut page = crate::charts::fit_page(&rig, &fits, &train_tracks, &held_tracks);
-        let files = std::iter::once(&arguments.rig);
-        let files = files.chain(&arguments.train).chain(&arguments.held_out);
+        let recordings = arguments.train.iter().chain(&arguments.held_out);
+        let files = std::iter::once(&arguments.rig).chain(recordings);
         page.provenance(with_remarks(provenance(files), &remarks));
         write_page(path, &page)?;
     }
@@ -146,6 +122,53 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         Some(fault) if !is_accepted => Err(untrusted(arguments, fault)),
         _ => Ok(()),
     }
+}
+
+/// Recordings in an order that does not depend on how they were typed.
+fn sorted(mut recordings: Vec<Recording>) -> Vec<Recording> {
+    recording_set::sort(&mut recordings);
+    recordings
+}
+
+/// What is to be free, as typed.
+fn requests(arguments: &FitArguments) -> Result<Vec<FreeRequest>, CommandError> {
+    let parsed = arguments.free.iter().map(|text| FreeRequest::parse(text));
+    parsed.collect::<Result<_, String>>().map_err(bad_input)
+}
+
+/// Fits every law of which a number is free.
+fn fit_each<'t>(
+    tasks: impl Iterator<Item = LawTask<'t>>,
+    out: &mut dyn Write,
+) -> Result<Vec<LawFit>, CommandError> {
+    let mut fits = Vec::new();
+    for task in tasks {
+        if task.free.is_empty() {
+            let law = task.law.title();
+            writeln!(out, "\n{law}: none of its numbers is free")?;
+        } else {
+            fits.push(fit_with_progress(&task)?);
+        }
+    }
+    Ok(fits)
+}
+
+/// Prints the fits. What speaks against the whole outcome comes first.
+fn say(
+    fits: &[LawFit],
+    (faults, notes): (&[String], &[String]),
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    for fault in faults {
+        writeln!(out, "NOT TO BE TRUSTED: {fault}")?;
+    }
+    for fit in fits {
+        write!(out, "\n{fit}")?;
+    }
+    for note in notes {
+        writeln!(out, "note: {note}")?;
+    }
+    out.flush()
 }
 
 /// The rig file with what was fitted.

@@ -166,20 +166,7 @@ pub fn run_case(
         motion,
         tick: 0,
     };
-    let mut first = bench.sample();
-    let null = bench.answer(&first)?.valve;
-    while bench.tick < begin {
-        first = bench.sample();
-        let command = bench.answer(&first)?;
-        if command.fault != 0 {
-            let fault = Fault::from_code(command.fault);
-            return Err(DriveError::Link(format!(
-                "{fault:?} at tick {} before anything was wrong: a false trip",
-                first.tick
-            ))
-            .into());
-        }
-    }
+    let (first, null) = run_until(&mut bench, begin)?;
     if let Disturbance::Board(fault) = case.disturbance {
         bench.drive.order(Order::Inject(fault.at(0)))?;
     }
@@ -207,6 +194,25 @@ pub fn run_case(
         outcome.came_back |= case.disturbance.upsets_the_axis();
     }
     Ok(outcome)
+}
+
+/// Runs a sound axis up to a tick. Returns the last sample, and the valve's command at null.
+fn run_until(bench: &mut Bench<'_>, end: u32) -> Result<(Sample, DacCode), ScoreError> {
+    let mut last = bench.sample();
+    let null = bench.answer(&last)?.valve;
+    while bench.tick < end {
+        last = bench.sample();
+        let command = bench.answer(&last)?;
+        if command.fault != 0 {
+            let fault = Fault::from_code(command.fault);
+            return Err(DriveError::Link(format!(
+                "{fault:?} at tick {} before anything was wrong: a false trip",
+                last.tick
+            ))
+            .into());
+        }
+    }
+    Ok((last, null))
 }
 
 /// Whether so many ticks after a fault the valve may take the force from the load.

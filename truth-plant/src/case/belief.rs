@@ -176,6 +176,11 @@ impl Belief {
     }
 
     fn body(&self, text: &mut String, nameplate: &Nameplate) {
+        self.cylinder_and_chambers(text, nameplate);
+        self.carriage_and_friction(text, nameplate);
+    }
+
+    fn cylinder_and_chambers(&self, text: &mut String, nameplate: &Nameplate) {
         let typed =
             |key: &str, truth: f64, digits: usize| significant(self.typed(key, truth), digits);
         section(text, "cylinder");
@@ -207,6 +212,11 @@ impl Belief {
         // Beater's exponents, as the seed paper takes them.
         line(text, "expansion_index", "1.11");
         line(text, "compression_index", "1.18");
+    }
+
+    fn carriage_and_friction(&self, text: &mut String, nameplate: &Nameplate) {
+        let typed =
+            |key: &str, truth: f64, digits: usize| significant(self.typed(key, truth), digits);
         section(text, "carriage");
         line(
             text,
