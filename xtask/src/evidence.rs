@@ -89,7 +89,7 @@ const CASES: [Case; 7] = [
 /// The task `evidence`.
 pub fn run() -> Outcome {
     let recordings = recordings()?;
-    shell::run(&mut cargo(&["build", "--release", "-p", "host-sim"]))?;
+    shell::run(&mut cargo(&["build", "-p", "host-sim", "--bin", "pneuma"]))?;
     let mut text = heading();
     for case in &CASES {
         println!("{}", case.title);

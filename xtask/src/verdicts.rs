@@ -13,7 +13,7 @@ pub fn diagnosed(
     held_out: &[PathBuf],
 ) -> Result<Value, shell::Failure> {
     let json = shell::target_directory().join("evidence.json");
-    let program = shell::target_directory().join("release/pneuma");
+    let program = shell::target_directory().join("debug/pneuma");
     let mut pneuma = command(&program, &["diagnose"]);
     pneuma.arg("--rig").arg(rig).arg("--train").args(train);
     pneuma.arg("--held-out").args(held_out);
