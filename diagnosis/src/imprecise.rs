@@ -114,7 +114,7 @@ mod tests {
         }
         let (from_v, to_v) = edge_between_v(rig.valve.as_ref().unwrap()).unwrap();
         let edge_v = known.value(EDGE).unwrap();
-        assert!(from_v <= edge_v && edge_v < to_v);
+        assert!(from_v < edge_v && edge_v < to_v);
         rig.valve = None;
         assert_eq!(with_built_in_priors(&rig).value("valve.edge_V"), None);
     }

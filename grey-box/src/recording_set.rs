@@ -29,6 +29,12 @@ pub fn sort(recordings: &mut [Recording]) {
     recordings.sort_by(|a, b| a.name.cmp(&b.name).then_with(|| by_content(a, b)));
 }
 
+/// The same recordings, sorted.
+pub fn sorted(mut recordings: Vec<Recording>) -> Vec<Recording> {
+    sort(&mut recordings);
+    recordings
+}
+
 fn by_content(a: &Recording, b: &Recording) -> Ordering {
     let columns = |one: &Recording| -> Vec<Vec<u64>> {
         let bits = |column: &Vec<f64>| column.iter().map(|value| value.to_bits()).collect();

@@ -2,7 +2,7 @@
 //! where its first line begins.
 
 /// A function of more lines than this does more than one thing.
-const MOST_LINES: usize = 60;
+pub const MOST_LINES: usize = 60;
 
 /// The functions of a file before its tests that are longer: first line, name and lines.
 pub fn long_functions(text: &str) -> Vec<(usize, String, usize)> {

@@ -13,7 +13,7 @@
 
 use crate::circles::circles;
 use crate::features;
-use crate::lengths::long_functions;
+use crate::lengths::{MOST_LINES, long_functions};
 use crate::shell::{self, Outcome};
 use std::collections::BTreeMap;
 use std::fs;
@@ -73,7 +73,7 @@ fn long_lines(root: &Path, sources: &[PathBuf]) -> Outcome<Vec<String>> {
         for (line, name, length) in long_functions(&read(path)?) {
             let shown = shown.display();
             lines.push(format!(
-                "{shown}:{line}: `{name}` has {length} lines, expected 60 at the most"
+                "{shown}:{line}: `{name}` has {length} lines, expected {MOST_LINES} at the most"
             ));
         }
     }

@@ -20,6 +20,9 @@ const TO_THE_NOISE_DEVIATIONS: f64 = 2.0;
 /// right one leaves of an output: three times the noise's amplitude. On practice axes and
 /// in trials none of the effects that are fitted well left more; a tube did.
 pub(super) const ERROR_OF_FORM: f64 = 8.0;
+/// An effect that takes what is left down to this part of its energy is material, however much
+/// larger another one is: a wrong one nibbles at what a form leaves.
+pub(super) const NEXT_TO_NOTHING: f64 = 0.1;
 /// The first where the noise is a floor that was set and not one that was
 /// declared: it is no better known than by this (healthy rigs were seen up to 0.6 above it).
 const MISSED_OF_FORCES: f64 = 1.0;

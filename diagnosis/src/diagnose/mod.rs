@@ -376,14 +376,17 @@ impl LawDiagnosis {
 /// chosen out of `bank`.
 pub fn diagnose<E>(
     rig: &Rig,
-    mut train: Vec<Recording>,
+    train: Vec<Recording>,
     read_held_out: impl FnOnce() -> Result<Vec<Recording>, E>,
     bank: &dyn Bank,
     progress: &dyn Fn(&str),
 ) -> Result<Diagnosis, E> {
     progress("checking the recordings");
-    recording_set::sort(&mut train);
-    let mut heard = Heard::of(rig, train, in_order(read_held_out()?));
+    let mut heard = Heard::of(
+        rig,
+        recording_set::sorted(train),
+        recording_set::sorted(read_held_out()?),
+    );
     heard.blame_instruments(progress);
     let mut notes = heard.part();
     let valve = heard.measured_valve(progress);
@@ -971,11 +974,6 @@ fn break_aways(bench: &Bench<'_>, baseline: &Fitted, improved: &Fitted) -> Vec<B
     let mut events: Vec<BreakAway> = tracks.flat_map(of_recording).collect();
     events.retain(|event| event.refitted_n.is_finite() && event.improved_n.is_finite());
     events
-}
-
-fn in_order(mut recordings: Vec<Recording>) -> Vec<Recording> {
-    recording_set::sort(&mut recordings);
-    recordings
 }
 
 /// Every frozen model against every recording.

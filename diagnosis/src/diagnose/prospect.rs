@@ -8,6 +8,7 @@
 //! no more.
 
 use super::fitted::{Bench, Fitted, Set, with};
+use super::misfit::NEXT_TO_NOTHING;
 use super::refit::{Refit, take_away};
 use crate::fit::law_problem::Columns;
 use nalgebra::{DMatrix, DVector};
@@ -20,10 +21,9 @@ const SAME: f64 = 1e-6;
 /// So many that promise most are fitted. In 13 concealed cases the set that a few iterations of
 /// every fit put first was among these, mostly the first, wherever anything was explained.
 const PROMISING: usize = 6;
-/// What would leave more than so many times the energy that the best would leave is not fitted ...
+/// What would leave more than so many times the energy that the best would leave is not fitted,
+/// unless that is next to nothing of what is missed: it may be the right one.
 const FAR_FROM_BEST: f64 = 4.0;
-/// ... unless that is next to nothing of what is missed: it may be the right one.
-const NEXT_TO_NOTHING: f64 = 0.1;
 /// Where an effect has to leave less than a tenth of what a model misses, one that is there promises
 /// to leave less than this part: of 13 drawn effects straight lines left a third at the most, of one
 /// beside another 0.39.

@@ -246,6 +246,24 @@ impl Options {
         }
         Ok(())
     }
+
+    /// The noise at a point to which so many parameters are determined; `None` when it is to be
+    /// estimated from no degree of freedom.
+    fn noise_variance(
+        &self,
+        point: &Point,
+        parameters: &[Parameter],
+        determined: usize,
+    ) -> Option<f64> {
+        match self.noise {
+            NoiseVariance::Given(variance) => Some(variance),
+            NoiseVariance::Estimated => {
+                let priors = parameters.iter().filter(|one| one.prior.is_some()).count();
+                let freedom = (point.sums.rows() + priors).saturating_sub(determined);
+                (freedom > 0).then(|| 2.0 * point.cost / freedom as f64)
+            }
+        }
+    }
 }
 
 /// Why a fit could not start.
@@ -493,14 +511,16 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
         }
         self.damping = 0.0;
         let promised = self.propose().map(|trial| 2.0 * trial.predicted_decrease);
-        let rows = self.point.sums.rows().saturating_sub(self.parameters.len());
-        let noise_variance = match self.options.noise {
-            NoiseVariance::Given(variance) => variance,
-            NoiseVariance::Estimated => 2.0 * self.point.cost / rows.max(1) as f64,
-        };
-        let open = self.movable().len() as f64 * noise_variance;
-        match promised {
-            Some(promised) if promised <= WITHIN_NOISE * open => Reason::Cost,
+        let (point, parameters) = (&self.point, self.parameters);
+        let noise_variance = self
+            .options
+            .noise_variance(point, parameters, parameters.len());
+        match promised.zip(noise_variance) {
+            Some((promised, noise_variance))
+                if promised <= WITHIN_NOISE * self.movable().len() as f64 * noise_variance =>
+            {
+                Reason::Cost
+            }
             _ => reason,
         }
     }
@@ -724,14 +744,7 @@ impl<'a, P: LeastSquares + ?Sized> Solver<'a, P> {
             &scales,
             sums.rows(),
         );
-        let rows_and_priors = sums.rows() + parameters.iter().filter(|p| p.prior.is_some()).count();
-        let noise_variance = match self.options.noise {
-            NoiseVariance::Given(variance) => Some(variance),
-            NoiseVariance::Estimated => {
-                let freedom = rows_and_priors.saturating_sub(uncertainty.rank);
-                (freedom > 0).then(|| 2.0 * point.cost / freedom as f64)
-            }
-        };
+        let noise_variance = (self.options).noise_variance(&point, parameters, uncertainty.rank);
         let covariance = noise_variance.map(|variance| &uncertainty.inverse_curvature * variance);
         let spread = |index: usize| {
             let variance = covariance.as_ref()?[(index, index)];

@@ -75,8 +75,8 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         given.clone()
     };
     let laws = laws(&rig)?;
-    let train = sorted(read_recordings(&arguments.train, &rig)?);
-    let held_out = sorted(read_recordings(&arguments.held_out, &rig)?);
+    let train = recording_set::sorted(read_recordings(&arguments.train, &rig)?);
+    let held_out = recording_set::sorted(read_recordings(&arguments.held_out, &rig)?);
     check_apart(&train, &held_out)?;
     let train_tracks: Vec<Track<'_>> = train.iter().map(Track::new).collect();
     let held_tracks: Vec<Track<'_>> = held_out.iter().map(Track::new).collect();
@@ -122,12 +122,6 @@ pub fn run(arguments: &FitArguments, out: &mut dyn Write) -> Result<(), CommandE
         Some(fault) if !is_accepted => Err(untrusted(arguments, fault)),
         _ => Ok(()),
     }
-}
-
-/// Recordings in an order that does not depend on how they were typed.
-fn sorted(mut recordings: Vec<Recording>) -> Vec<Recording> {
-    recording_set::sort(&mut recordings);
-    recordings
 }
 
 /// What is to be free, as typed.

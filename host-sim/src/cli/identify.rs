@@ -81,8 +81,7 @@ fn valve_flow(arguments: &ValveFlowArguments, out: &mut dyn Write) -> Result<(),
     let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
     check_outputs(&inputs, &outputs)?;
     let rig = read_rig(&arguments.rig)?;
-    let mut recordings = read_recordings(&arguments.recordings, &rig)?;
-    recording_set::sort(&mut recordings);
+    let recordings = recording_set::sorted(read_recordings(&arguments.recordings, &rig)?);
     let remarks = say_remarks(&rig, &recordings, out)?;
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
     let valve = valve_flow::measure(&rig, &tracks).map_err(bad_input)?;

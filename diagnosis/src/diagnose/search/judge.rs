@@ -7,7 +7,7 @@ use super::evidence::{
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::fitted::{Bench, Fitted, Set};
 use crate::diagnose::fold_squares::FoldSquares;
-use crate::diagnose::misfit::ERROR_OF_FORM;
+use crate::diagnose::misfit::{ERROR_OF_FORM, NEXT_TO_NOTHING};
 use crate::effects::sensing::position_time_skew;
 use crate::effects::{self, Kind, Mark};
 use crate::fit::Presence;
@@ -23,9 +23,6 @@ const WORTH_GROWING: f64 = 0.01;
 /// ... and beside other effects on long recordings, to this.
 pub(super) const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
 
-/// An effect that takes what is left down to this part of its energy is material, however much
-/// larger another one is: a wrong one nibbles at what a form leaves.
-const NEXT_TO_NOTHING: f64 = 0.1;
 /// Forces are told apart down to this part of the energy of their floor, which was set.
 const UNDER_THE_FLOOR: f64 = 0.05;
 

@@ -95,7 +95,7 @@ impl Judge<'_> {
 
     /// What each effect alone promises beside the refit, in the order of
     /// [`Self::with_one_effect_more`].
-    pub(super) fn hopes_beside_refit(&self) -> &[Option<Fitted>] {
+    fn hopes_beside_refit(&self) -> &[Option<Fitted>] {
         self.hoped.get_or_init(|| {
             let baseline = self.baseline;
             let sets = self.with_one_effect_more(baseline).into_iter();
@@ -112,7 +112,7 @@ impl Judge<'_> {
         let baseline = self.baseline;
         let hopes = self.hopes_beside_refit();
         let order = self
-            .promising_of(self.baseline, hopes)
+            .promising_of(baseline, hopes)
             .into_iter()
             .take(PROMISED);
         let sets = order.filter_map(|place| hopes[place].as_ref());
@@ -138,10 +138,6 @@ impl Judge<'_> {
     /// Every parent with every candidate that it does not have. On long
     /// recordings they are ranked first, and the best ones fitted to the end.
     pub(super) fn fit_children(&mut self, parents: &[Fitted]) -> Vec<Fitted> {
-        let are_given = parents.iter().all(|parent| parent.set.is_empty());
-        if are_given && self.is_hopeless() {
-            return Vec::new();
-        }
         let mut jobs: Vec<(Set, &Fitted)> = Vec::new();
         for parent in parents {
             for set in self.with_one_effect_more(parent) {
