@@ -9,6 +9,7 @@
 //! * `source`: files, pipes, gzip, UTF-16; `lines`: counted lines; `fields`: one line to fields.
 //! * `layout`: where the table begins, separator, header, units.
 //! * `even`: rows that were sampled evenly and stamped late.
+//! * `tables`: what a file holds, without a rig.
 //! * `number`, `time`: what a cell says; `table`: rows to columns, and what is left out.
 //!
 //! Limits: at most [`MAXIMUM_ROWS`] rows and lines of at most 1 MiB; the file
@@ -23,12 +24,14 @@ mod number;
 mod read;
 mod source;
 mod table;
+mod tables;
 mod time;
 mod write;
 
 use std::collections::BTreeMap;
 
 pub use error::RecordingError;
+pub use tables::{ColumnLook, TableLook, tables};
 pub use write::arrange;
 pub use write::{Output, Table};
 

@@ -1,20 +1,17 @@
 //! Opens a source and streams its lines into the table.
 
-use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader};
+use std::io::BufRead;
 use std::path::Path;
 
 use super::error::{TABLE, error};
 use super::fields::Splitter;
 use super::layout::Layout;
 use super::lines::{Line, Lines};
-use super::source::{BUFFER_BYTES, Text};
+use super::source::{Source, Text};
 use super::table::{Table, row_limit};
 use super::{MAXIMUM_ROWS, Recording, RecordingError};
 use crate::rig::Signals;
 
-/// A path that means standard input.
-const STANDARD_INPUT: &str = "-";
 /// A file must exceed the limit by this much, judged by its first lines,
 /// before it is refused unread.
 const ROW_ESTIMATE_MARGIN: u64 = 2;
@@ -22,22 +19,8 @@ const ROW_ESTIMATE_MARGIN: u64 = 2;
 impl Recording {
     /// Reads the columns that `signals` names; `-` is standard input.
     pub fn read(path: impl AsRef<Path>, signals: &Signals) -> Result<Self, RecordingError> {
-        let path = path.as_ref();
-        if path.as_os_str() == STANDARD_INPUT {
-            let source = BufReader::with_capacity(BUFFER_BYTES, io::stdin());
-            return Self::read_from(source, "standard input", None, signals);
-        }
-        let name = path.display().to_string();
-        let cannot =
-            |cause: io::Error| error(&name, None, format!("cannot be read: {cause}"), TABLE);
-        let metadata = fs::metadata(path).map_err(cannot)?;
-        if metadata.is_dir() {
-            return Err(error(&name, None, "is a directory", TABLE));
-        }
-        let size = metadata.is_file().then_some(metadata.len());
-        let file = File::open(path).map_err(cannot)?;
-        let reader = BufReader::with_capacity(BUFFER_BYTES, file);
-        Self::read_from(reader, &name, size, signals)
+        let source = Source::open(path.as_ref())?;
+        Self::read_from(source.reader, &source.name, source.size, signals)
     }
 
     /// Reads from any source, once from front to end; `size` in bytes, where it is known, lets
@@ -48,10 +31,7 @@ impl Recording {
         size: Option<u64>,
         signals: &Signals,
     ) -> Result<Self, RecordingError> {
-        let text = Text::of(source).map_err(|what| {
-            let expected = format!("{TABLE}; export it as CSV");
-            error(name, None, format!("is {what}"), expected)
-        })?;
+        let text = Text::of(source, name, signals)?;
         let size = size.filter(|_| text.same_size);
         let mut lines = Lines::new(text.reader, name);
         let head = lines.head()?;
@@ -68,7 +48,9 @@ impl Recording {
         while let Some(line) = lines.next()? {
             table.add_line(line, &mut splitter)?;
         }
-        table.finish()
+        let mut recording = table.finish()?;
+        recording.remarks.splice(0..0, text.remarks);
+        Ok(recording)
     }
 }
 
@@ -89,7 +71,8 @@ fn layout(name: &str, head: &[Line], signals: &Signals) -> Result<Layout, Record
     Ok(layout)
 }
 
-fn check_text(name: &str, head: &[Line]) -> Result<(), RecordingError> {
+/// Refuses what is no text.
+pub(super) fn check_text(name: &str, head: &[Line]) -> Result<(), RecordingError> {
     for line in head {
         if line.bytes.iter().any(|byte| is_binary(*byte)) {
             return Err(error(name, Some(line.number), "is a binary file", TABLE));

@@ -1,26 +1,22 @@
 //! Which column of a recording is which signal, in which unit: guessed from header names and from
 //! the values. Every guess says why; a person confirms it.
 //!
-//! Limits: plain text tables (comma, semicolon or tab, decimal point) with a header line. Other files are
-//! named column by column.
+//! Limits: tables with a header. Other files are named column by column.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
+use crate::recording::{TableLook, tables};
 use crate::rig::signal_dimension;
 use crate::units::{Dimension, Unit};
 
-/// As much of a file as is looked at.
-const HEAD_BYTES: u64 = 1 << 22;
-/// Preambles are shorter than this, lines.
-const MOST_PREAMBLE: usize = 100;
-
-/// The columns of a file: names, and the values of its first rows.
+/// The columns of a file's table: names, units that the file states beside them, and first values.
 #[derive(Debug)]
 pub(super) struct Preview {
     pub names: Vec<String>,
+    units: Vec<Option<String>>,
     pub values: Vec<Vec<f64>>,
+    /// The file's own clock, in words.
+    clock: Option<String>,
 }
 
 /// One guess.
@@ -45,73 +41,50 @@ pub(super) struct Scale {
 }
 
 impl Preview {
+    /// The table of a file in which most signals are found.
     pub(super) fn read(path: &Path) -> Result<Self, String> {
-        let cannot = |error| format!("{}: cannot be read: {error}", path.display());
-        let mut text = Vec::new();
-        let file = File::open(path).map_err(cannot)?;
-        file.take(HEAD_BYTES)
-            .read_to_end(&mut text)
-            .map_err(cannot)?;
-        let text = String::from_utf8_lossy(&text);
-        Self::of(text.trim_start_matches('\u{feff}')).ok_or_else(|| {
-            format!(
-                "{}: no header line with rows of numbers under it was found, expected --column SIGNAL=HEADER:UNIT for each signal",
-                path.display()
-            )
-        })
+        let tables = tables(path)
+            .map_err(|cause| format!("{cause}, or --column SIGNAL=HEADER:UNIT for each signal"))?;
+        let previews = tables.into_iter().map(Self::of);
+        let best = previews.max_by_key(|one| (one.found().len(), one.values.first().map(Vec::len)));
+        best.ok_or_else(|| format!("{}: holds no table", path.display()))
     }
 
-    fn of(text: &str) -> Option<Self> {
-        [b',', b';', b'\t']
-            .into_iter()
-            .find_map(|separator| Self::separated(text, separator))
-    }
-
-    fn separated(text: &str, separator: u8) -> Option<Self> {
-        let mut reader = csv::ReaderBuilder::new()
-            .delimiter(separator)
-            .has_headers(false)
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
-        let rows: Vec<csv::StringRecord> = reader.records().map_while(Result::ok).collect();
-        let is_row = |row: &csv::StringRecord| {
-            row.len() > 1 && row.iter().all(|cell| cell.parse::<f64>().is_ok())
+    fn of(table: TableLook) -> Self {
+        let mut preview = Self {
+            names: Vec::new(),
+            units: Vec::new(),
+            values: Vec::new(),
+            clock: table.clock,
         };
-        let first = rows.iter().take(MOST_PREAMBLE).position(is_row)?;
-        let header = rows[..first]
-            .iter()
-            .rev()
-            .find(|row| row.len() == rows[first].len())?;
-        let names: Vec<String> = header
-            .iter()
-            .map(|name| name.trim_start_matches(['#', '%', ' ']).to_owned())
-            .collect();
-        let mut values = vec![Vec::new(); names.len()];
-        // The last row may be cut off where looking ended.
-        let whole = rows[first..]
-            .iter()
-            .filter(|row| is_row(row) && row.len() == names.len());
-        for row in whole {
-            for (column, cell) in values.iter_mut().zip(row) {
-                column.push(cell.parse().unwrap_or(f64::NAN));
-            }
+        for column in table.columns {
+            preview.names.push(column.name);
+            preview.units.push(column.unit);
+            preview.values.push(column.values);
         }
-        Some(Self { names, values })
+        preview
     }
 
-    /// A guess for each signal that a column's name fits; no column is taken twice.
-    pub(super) fn guesses(&self, scale: Scale) -> Vec<Guess> {
+    /// Signals, the columns that their names fit, and the units that those state; no column is
+    /// taken twice.
+    fn found(&self) -> Vec<(&'static str, usize, Option<String>)> {
         let mut found: Vec<(&str, usize, Option<String>)> = Vec::new();
         for known in SIGNALS {
             let free =
                 (0..self.names.len()).filter(|place| found.iter().all(|one| one.1 != *place));
             let mut fitting =
                 free.filter_map(|place| Some((place, known.unit_of(&self.names[place])?)));
-            if let Some((place, unit)) = fitting.next() {
-                found.push((known.name, place, unit));
+            if let Some((place, named)) = fitting.next() {
+                let stated = || known.spelled(self.units[place].as_deref()?);
+                found.push((known.name, place, named.or_else(stated)));
             }
         }
+        found
+    }
+
+    /// A guess for each signal that a column's name fits; no column is taken twice.
+    pub(super) fn guesses(&self, scale: Scale) -> Vec<Guess> {
+        let found = self.found();
         let pressures = found.iter().filter(|one| one.0.starts_with("p_"));
         let highest = pressures.map(|one| extremes(&self.values[one.1]).1);
         let highest = highest.fold(f64::NEG_INFINITY, f64::max);
@@ -130,7 +103,15 @@ impl Preview {
                 why,
             }
         };
-        found.iter().map(guess).collect()
+        let mut guesses: Vec<Guess> = found.iter().map(guess).collect();
+        let has_time = guesses.iter().any(|guess| guess.signal == "t");
+        guesses.extend(self.clock.iter().filter(|_| !has_time).map(|clock| Guess {
+            signal: "t".into(),
+            column: "t".into(),
+            unit: "s".into(),
+            why: clock.clone(),
+        }));
+        guesses
     }
 
     fn column(&self, guesses: &[Guess], signal: &str) -> Option<(&[f64], Unit)> {
@@ -208,6 +189,12 @@ impl Named {
         let pressure = says(PRESSURE_WORDS) && says(self.of_pressures);
         let is_it = (says(self.words) || pressure) && !says(self.unless);
         is_it.then_some(unit)
+    }
+
+    /// A unit that the file states, as the rig file spells it, if it can be this signal's.
+    fn spelled(&self, stated: &str) -> Option<String> {
+        let stated = stated.trim().trim_matches(['[', ']', '(', ')']);
+        spelled(stated, signal_dimension(self.name, None)?)
     }
 }
 
@@ -357,6 +344,7 @@ fn pressure_unit(written: Option<&str>, highest: f64, scale: Scale) -> (String, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
 
     const SCALE: Scale = Scale {
         stroke_m: 0.5,
@@ -365,7 +353,9 @@ mod tests {
     };
 
     fn guessed(header: &str, rows: &str) -> Vec<(String, String, String)> {
-        let preview = Preview::of(&format!("{header}\n{rows}")).expect("a table");
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        write!(file, "{header}\n{rows}").expect("room");
+        let preview = Preview::read(file.path()).expect("a table");
         let guesses = preview.guesses(SCALE).into_iter();
         guesses
             .map(|guess| (guess.signal, guess.column, guess.unit))

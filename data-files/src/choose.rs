@@ -1,0 +1,119 @@
+//! Which table of a file, and which of its columns.
+//!
+//! A column is asked for by its name, or by `table/name` (`table.name` in a MATLAB file). One table
+//! that has all of them is taken; where several have, or none alone has, the rules of [`crate::merge`]
+//! hold or the file is refused.
+
+use crate::Problem;
+use crate::asked::Wanted;
+use crate::groups::{Cells, Column, Group};
+use crate::merge;
+use crate::text::Text;
+
+/// The tables' columns that are asked for as one text; without names, the only table.
+pub(crate) fn text(
+    groups: Vec<Group>,
+    time: Option<&str>,
+    wanted: &[Wanted<'_>],
+) -> Result<Text, Problem> {
+    let groups: Vec<Group> = groups.into_iter().filter(|one| one.rows() > 0).collect();
+    if groups.is_empty() {
+        return Err(Problem::new("holds no column of numbers", "a recording"));
+    }
+    let all = |group: &Group| {
+        let has_time = time.is_none_or(|name| has_time(group, name));
+        has_time && wanted.iter().all(|one| group.find(one.name).is_some())
+    };
+    let complete: Vec<usize> = (0..groups.len()).filter(|at| all(&groups[*at])).collect();
+    let Some(place) = the_only(&groups, &complete, "every column of the rig")? else {
+        return apart(groups, time, wanted);
+    };
+    let (columns, remarks) = named(groups, place, time, wanted);
+    Ok(Text::of_columns(columns, remarks))
+}
+
+/// The only one of the places, `None` where there is none.
+fn the_only(groups: &[Group], places: &[usize], what: &str) -> Result<Option<usize>, Problem> {
+    if places.len() < 2 {
+        return Ok(places.first().copied());
+    }
+    let shown = |at: &usize| format!("\"{}\" ({} rows)", groups[*at].name, groups[*at].rows());
+    let shown: Vec<String> = places.iter().take(5).map(shown).collect();
+    let first = &groups[places[0]];
+    Err(Problem::new(
+        format!("several tables hold {what}: {}", shown.join(", ")),
+        format!(
+            "the table in the name of the column, such as \"{}{}{}\"",
+            first.name,
+            first.separator,
+            first.columns.first().map_or("x", |column| &column.name)
+        ),
+    ))
+}
+
+/// Columns that no table has all of: out of several, or, where one is nowhere, the fullest table,
+/// so that its names can be said.
+fn apart(groups: Vec<Group>, time: Option<&str>, wanted: &[Wanted<'_>]) -> Result<Text, Problem> {
+    let mut sources = Vec::new();
+    for one in wanted {
+        let has = |at: &usize| groups[*at].find(one.name).is_some();
+        let places: Vec<usize> = (0..groups.len()).filter(has).collect();
+        let what = format!("a column \"{}\"", one.name);
+        sources.extend(the_only(&groups, &places, &what)?);
+    }
+    let timed = sources
+        .iter()
+        .all(|at| time.is_some_and(|name| has_time(&groups[*at], name)));
+    if sources.len() == wanted.len() && timed {
+        let time = time.unwrap_or_default();
+        return merge::text(&groups, &sources, time, wanted);
+    }
+    let found = |group: &Group| {
+        wanted
+            .iter()
+            .filter(|one| group.find(one.name).is_some())
+            .count()
+    };
+    let fullest = (0..groups.len()).max_by_key(|at| (found(&groups[*at]), groups[*at].rows()));
+    let (columns, mut remarks) = named(groups, fullest.unwrap_or_default(), time, wanted);
+    remarks.clear();
+    Ok(Text::of_columns(columns, remarks))
+}
+
+pub(crate) fn has_time(group: &Group, name: &str) -> bool {
+    group.clock.is_some() || group.find(name).is_some()
+}
+
+/// The columns of a table under the names that are asked for, with its clock where no column is
+/// the time.
+fn named(
+    mut groups: Vec<Group>,
+    place: usize,
+    time: Option<&str>,
+    wanted: &[Wanted<'_>],
+) -> (Vec<Column>, Vec<String>) {
+    let mut remarks = Vec::new();
+    if groups.len() > 1 {
+        let others = groups.len() - 1;
+        let name = &groups[place].name;
+        remarks.push(format!("table \"{name}\" is read, {others} others are not"));
+    }
+    let mut group = groups.swap_remove(place);
+    let names = time.into_iter().chain(wanted.iter().map(|one| one.name));
+    for name in names {
+        if let Some(at) = group.find(name) {
+            group.columns[at].name = name.into();
+        }
+    }
+    let clocked = time.filter(|name| group.find(name).is_none());
+    if let (Some(name), Some(clock)) = (clocked, group.clock.take()) {
+        remarks.push(format!(
+            "the time is {}, in s: no column is named \"{name}\"",
+            clock.says
+        ));
+        let mut column = Column::new(name, Cells::Reals(clock.seconds));
+        column.unit = Some("s".into());
+        group.columns.insert(0, column);
+    }
+    (group.columns, remarks)
+}

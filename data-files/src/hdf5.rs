@@ -1,0 +1,210 @@
+//! HDF5, MATLAB 7.3 among it, as `hdf5-reader` reads it.
+//!
+//! A dataset of one row or column is a column, one with several is its columns `name[0]`, `name[1]`,
+//! of records their fields; a group is a table. `unit` or `units` and `description` or `long_name`
+//! of a dataset are what the file says of it.
+
+use hdf5_reader::group::Group as Folder;
+use hdf5_reader::{ByteOrder, CompoundField, Dataset, Datatype, Hdf5File};
+
+use crate::groups::{Cells, Column, Group, by_length, columns_of_rows};
+use crate::said;
+
+/// A deeper tree is no recording.
+const DEEPEST: usize = 16;
+
+pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
+    let file = Hdf5File::from_bytes(bytes).map_err(said)?;
+    let root = file.root_group().map_err(said)?;
+    let mut groups = Vec::new();
+    gather("", &root, &mut groups, 0)?;
+    Ok(groups)
+}
+
+fn gather(
+    path: &str,
+    folder: &Folder,
+    groups: &mut Vec<Group>,
+    depth: usize,
+) -> Result<(), String> {
+    let (folders, datasets) = folder.members().map_err(said)?;
+    let mut columns = Vec::new();
+    for dataset in &datasets {
+        if let Datatype::Compound { .. } = dataset.dtype() {
+            let path = below(path, dataset.name());
+            groups.extend(by_length(&path, '/', records(dataset)?));
+        } else {
+            columns.extend(columns_of(dataset)?);
+        }
+    }
+    groups.extend(by_length(path, '/', columns));
+    // `#refs#` and such are MATLAB's own.
+    let own = folders
+        .iter()
+        .filter(|folder| !folder.name().starts_with('#'));
+    for folder in own.filter(|_| depth < DEEPEST) {
+        gather(&below(path, folder.name()), folder, groups, depth + 1)?;
+    }
+    Ok(())
+}
+
+fn below(path: &str, name: &str) -> String {
+    let name = name.rsplit('/').next().unwrap_or(name);
+    if path.is_empty() {
+        name.into()
+    } else {
+        format!("{path}/{name}")
+    }
+}
+
+/// The columns of a dataset of numbers.
+fn columns_of(dataset: &Dataset) -> Result<Vec<Column>, String> {
+    let shape: Vec<usize> = dataset.shape().iter().map(|side| *side as usize).collect();
+    let is_column = match shape[..] {
+        [_] => true,
+        [rows, columns] => rows == 1 || columns == 1,
+        _ => return Ok(Vec::new()),
+    };
+    let name = dataset.name().rsplit('/').next().unwrap_or_default();
+    let Some(cells) = cells(dataset)? else {
+        return Ok(Vec::new());
+    };
+    if cells.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let told = |column: Column| {
+        let said = |keys: [&str; 2]| keys.into_iter().find_map(|key| attribute(dataset, key));
+        column.with_facts(said(["unit", "units"]), said(["description", "long_name"]))
+    };
+    if is_column {
+        return Ok(vec![told(Column::new(name, cells))]);
+    }
+    let columns = columns_of_rows(&cells.reals(), shape[1]);
+    let number = |(place, column)| {
+        told(Column::new(
+            format!("{name}[{place}]"),
+            Cells::Reals(column),
+        ))
+    };
+    Ok(columns.into_iter().enumerate().map(number).collect())
+}
+
+fn attribute(dataset: &Dataset, key: &str) -> Option<String> {
+    dataset.attribute(key).ok()?.read_string().ok()
+}
+
+/// The numbers of a dataset; `None` where it holds none.
+fn cells(dataset: &Dataset) -> Result<Option<Cells>, String> {
+    macro_rules! read {
+        ($number:ty) => {
+            dataset.read_array::<$number>().map_err(said)?.into_iter()
+        };
+    }
+    Ok(Some(match dataset.dtype() {
+        Datatype::FloatingPoint { size: 4, .. } => {
+            Cells::Reals(read!(f32).map(f64::from).collect())
+        }
+        Datatype::FloatingPoint { size: 8, .. } => Cells::Reals(read!(f64).collect()),
+        Datatype::FixedPoint { size, signed, .. } => Cells::Wholes(match (size, signed) {
+            (1, true) => read!(i8).map(i64::from).collect(),
+            (1, false) => read!(u8).map(i64::from).collect(),
+            (2, true) => read!(i16).map(i64::from).collect(),
+            (2, false) => read!(u16).map(i64::from).collect(),
+            (4, true) => read!(i32).map(i64::from).collect(),
+            (4, false) => read!(u32).map(i64::from).collect(),
+            (8, true) => read!(i64).collect(),
+            (8, false) => read!(u64).map(|value| value as i64).collect(),
+            _ => return Ok(None),
+        }),
+        _ => return Ok(None),
+    }))
+}
+
+/// The fields of records that are numbers.
+fn records(dataset: &Dataset) -> Result<Vec<Column>, String> {
+    let Datatype::Compound { size, fields } = dataset.dtype() else {
+        return Ok(Vec::new());
+    };
+    let bytes = dataset.read_raw_bytes().map_err(said)?;
+    let column = |field: &CompoundField| {
+        let at = field.byte_offset as usize;
+        let records = bytes.chunks_exact(*size as usize);
+        let values = records.map(|record| number(&field.datatype, record.get(at..)?));
+        let values = values.collect::<Option<Vec<f64>>>()?;
+        Some(Column::new(field.name.clone(), Cells::Reals(values)))
+    };
+    Ok(fields.iter().filter_map(column).collect())
+}
+
+/// A number that begins with the first of the bytes; `None` for another kind of field.
+fn number(kind: &Datatype, bytes: &[u8]) -> Option<f64> {
+    let (Datatype::FloatingPoint { size, byte_order }
+    | Datatype::FixedPoint {
+        size, byte_order, ..
+    }) = kind
+    else {
+        return None;
+    };
+    let mut own = bytes.get(..usize::from(*size))?.to_vec();
+    if *byte_order == ByteOrder::BigEndian {
+        own.reverse();
+    }
+    let is_negative = own.last().is_some_and(|highest| highest & 0x80 != 0);
+    match kind {
+        Datatype::FloatingPoint { size: 4, .. } => {
+            Some(f32::from_le_bytes(own.try_into().ok()?).into())
+        }
+        Datatype::FloatingPoint { .. } => Some(f64::from_le_bytes(own.try_into().ok()?)),
+        Datatype::FixedPoint { signed, .. } if *signed && is_negative => {
+            own.resize(8, 0xff);
+            Some(i64::from_le_bytes(own.try_into().ok()?) as f64)
+        }
+        _ => {
+            own.resize(8, 0);
+            Some(u64::from_le_bytes(own.try_into().ok()?) as f64)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_numbers_of_records_in_either_order_of_bytes() {
+        let fixed = |size, signed, byte_order| Datatype::FixedPoint {
+            size,
+            signed,
+            byte_order,
+        };
+        let big = ByteOrder::BigEndian;
+        let little = ByteOrder::LittleEndian;
+        let cases: [(Datatype, &[u8], f64); 6] = [
+            (fixed(2, true, little), &[0xfe, 0xff, 7], -2.0),
+            (fixed(2, false, little), &[0xfe, 0xff, 7], 65534.0),
+            (fixed(4, true, big), &[0, 0, 1, 0], 256.0),
+            (fixed(1, true, big), &[0x80], -128.0),
+            (
+                Datatype::FloatingPoint {
+                    size: 4,
+                    byte_order: big,
+                },
+                &(-1.5_f32).to_be_bytes(),
+                -1.5,
+            ),
+            (
+                Datatype::FloatingPoint {
+                    size: 8,
+                    byte_order: little,
+                },
+                &0.1_f64.to_le_bytes(),
+                0.1,
+            ),
+        ];
+        for (kind, bytes, expected) in cases {
+            let read = number(&kind, bytes).map(f64::to_bits);
+            assert_eq!(read, Some(expected.to_bits()), "{kind:?}");
+        }
+        assert_eq!(number(&fixed(4, true, little), &[1, 2]), None);
+    }
+}

@@ -1,0 +1,106 @@
+//! MATLAB files of versions 5 to 7, as `matrw` reads them. (7.3 is HDF5.)
+//!
+//! A vector is a column, a matrix is its columns `name(:,1)`, `name(:,2)`, a structure's fields are
+//! the columns of a table of its own. What has one length is one table.
+
+use matrw::{MatVariable, MatlabType, load_matfile_from_u8};
+
+use crate::groups::{Cells, Column, Group, by_length};
+
+/// The text that begins a file is free; the library knows MATLAB's own.
+const BEGINNING: &[u8] = b"MATLAB 5.0 MAT-file, ";
+/// A deeper structure is no recording.
+const DEEPEST: usize = 8;
+
+pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
+    let mut bytes = bytes.to_vec();
+    let text = bytes.get_mut(..BEGINNING.len()).ok_or("truncated")?;
+    text.copy_from_slice(BEGINNING);
+    // The library's own words are a trace of its parser.
+    let file = load_matfile_from_u8(&bytes).map_err(|_| "it is damaged or truncated")?;
+    let variables = file
+        .iter()
+        .map(|(name, variable)| (name.as_str(), variable));
+    let mut groups = Vec::new();
+    gather("", variables.collect(), &mut groups, 0);
+    Ok(groups)
+}
+
+/// The columns among variables as tables, and those of the structures among them.
+fn gather<'v>(
+    name: &str,
+    variables: Vec<(&'v str, &'v MatVariable)>,
+    groups: &mut Vec<Group>,
+    depth: usize,
+) {
+    let mut columns = Vec::new();
+    let mut structures = Vec::new();
+    for (own, variable) in variables {
+        match variable {
+            MatVariable::NumericArray(_) => columns.extend(columns_of(own, variable)),
+            MatVariable::Structure(structure) if depth < DEEPEST => {
+                structures.push((own, structure))
+            }
+            _ => {}
+        }
+    }
+    groups.extend(by_length(name, '.', columns));
+    for (own, structure) in structures {
+        let name = if name.is_empty() {
+            own.into()
+        } else {
+            format!("{name}.{own}")
+        };
+        let fields = structure.fieldnames();
+        let fields = fields
+            .iter()
+            .filter_map(|field| Some((field.as_str(), structure.get(field)?)));
+        gather(&name, fields.collect(), groups, depth + 1);
+    }
+}
+
+/// A vector as a column, a matrix as its columns; scalars and text are none.
+fn columns_of(name: &str, variable: &MatVariable) -> Vec<Column> {
+    let [rows, columns] = variable.dim()[..] else {
+        return Vec::new();
+    };
+    let Some(values) = variable.numeric_type().and_then(reals) else {
+        return Vec::new();
+    };
+    if variable.is_complex() == Some(true) || values.len() != rows * columns || values.len() < 2 {
+        return Vec::new();
+    }
+    if rows == 1 || columns == 1 {
+        return vec![Column::new(name, Cells::Reals(values))];
+    }
+    let number = |(place, column): (usize, &[f64])| {
+        Column::new(
+            format!("{name}(:,{})", place + 1),
+            Cells::Reals(column.to_vec()),
+        )
+    };
+    values.chunks(rows).enumerate().map(number).collect()
+}
+
+fn reals(values: &MatlabType) -> Option<Vec<f64>> {
+    fn all<T: Copy + Into<f64>>(values: &[T]) -> Vec<f64> {
+        values.iter().map(|value| (*value).into()).collect()
+    }
+    Some(match values {
+        MatlabType::U8(values) => all(values),
+        MatlabType::I8(values) => all(values),
+        MatlabType::U16(values) => all(values),
+        MatlabType::I16(values) => all(values),
+        MatlabType::U32(values) => all(values),
+        MatlabType::I32(values) => all(values),
+        MatlabType::U64(values) => values.iter().map(|value| *value as f64).collect(),
+        MatlabType::I64(values) => values.iter().map(|value| *value as f64).collect(),
+        MatlabType::F32(values) => all(values),
+        MatlabType::F64(values) => values.clone(),
+        MatlabType::BOOL(values) => values
+            .iter()
+            .map(|value| f64::from(u8::from(*value)))
+            .collect(),
+        MatlabType::UTF8(_) | MatlabType::UTF16(_) => return None,
+    })
+}

@@ -1,0 +1,105 @@
+//! MCAP, as `mcap` reads it: topics of JSON messages.
+//!
+//! A topic is a table, a message a row, a number in it a column (`field/inner`); the log time of the
+//! messages is the clock of the rows.
+
+use std::collections::BTreeMap;
+
+use mcap::MessageStream;
+use serde_json::Value;
+
+use crate::groups::{Cells, Clock, Column, Group};
+use crate::said;
+
+/// A topic while it grows.
+#[derive(Default)]
+struct Topic {
+    columns: BTreeMap<String, Vec<f64>>,
+    log_time_ns: Vec<i64>,
+}
+
+pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
+    let mut topics: BTreeMap<String, Topic> = BTreeMap::new();
+    let mut others: BTreeMap<String, String> = BTreeMap::new();
+    for message in MessageStream::new(bytes).map_err(said)? {
+        let message = message.map_err(said)?;
+        let channel = &message.channel;
+        if channel.message_encoding != "json" {
+            others.insert(channel.topic.clone(), channel.message_encoding.clone());
+            continue;
+        }
+        let value: Value = serde_json::from_slice(&message.data)
+            .map_err(|cause| format!("a message of topic {}: {cause}", channel.topic))?;
+        let topic = topics.entry(channel.topic.clone()).or_default();
+        let row = topic.log_time_ns.len();
+        topic
+            .log_time_ns
+            .push(i64::try_from(message.log_time).unwrap_or(i64::MAX));
+        gather("", &value, row, &mut topic.columns);
+    }
+    if topics.is_empty() && !others.is_empty() {
+        let list: Vec<String> = others
+            .iter()
+            .map(|(topic, encoding)| format!("{topic} ({encoding})"))
+            .collect();
+        return Err(format!("no topic holds JSON messages: {}", list.join(", ")));
+    }
+    Ok(topics.into_iter().map(table).collect())
+}
+
+/// Puts the numbers of a message into a row.
+fn gather(path: &str, value: &Value, row: usize, columns: &mut BTreeMap<String, Vec<f64>>) {
+    let below = |key: &str| {
+        if path.is_empty() {
+            key.into()
+        } else {
+            format!("{path}/{key}")
+        }
+    };
+    let number = match value {
+        Value::Object(fields) => {
+            for (key, value) in fields {
+                gather(&below(key), value, row, columns);
+            }
+            None
+        }
+        Value::Array(items) => {
+            for (place, value) in items.iter().enumerate() {
+                gather(&below(&place.to_string()), value, row, columns);
+            }
+            None
+        }
+        Value::Bool(value) => Some(f64::from(u8::from(*value))),
+        other => other.as_f64(),
+    };
+    if let Some(number) = number {
+        let column = columns.entry(path.into()).or_default();
+        column.resize(row, f64::NAN);
+        column.push(number);
+    }
+}
+
+fn table((name, topic): (String, Topic)) -> Group {
+    let rows = topic.log_time_ns.len();
+    let first = topic.log_time_ns.first().copied().unwrap_or(0);
+    let seconds = topic
+        .log_time_ns
+        .iter()
+        .map(|stamp| (stamp - first) as f64 * 1e-9);
+    let clock = Clock {
+        seconds: seconds.collect(),
+        says: "the log time of the messages since the first".into(),
+    };
+    let mut log_time = Column::new("log_time", Cells::Wholes(topic.log_time_ns));
+    log_time.unit = Some("ns".into());
+    let columns = topic.columns.into_iter().map(|(name, mut values)| {
+        values.resize(rows, f64::NAN);
+        Column::new(name, Cells::Reals(values))
+    });
+    Group {
+        name,
+        separator: '/',
+        columns: columns.chain([log_time]).collect(),
+        clock: Some(clock),
+    }
+}
