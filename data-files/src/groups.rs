@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 /// The cells of a column.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Cells {
     /// Numbers; NaN where there is none.
     Reals(Vec<f64>),
@@ -42,7 +44,7 @@ impl Cells {
 }
 
 /// A column.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Column {
     /// Its name in its table.
     pub name: String,
@@ -55,7 +57,8 @@ pub struct Column {
 }
 
 impl Column {
-    pub(crate) fn new(name: impl Into<String>, cells: Cells) -> Self {
+    /// A column of which no more is known.
+    pub fn new(name: impl Into<String>, cells: Cells) -> Self {
         Self {
             name: name.into(),
             unit: None,
@@ -65,7 +68,7 @@ impl Column {
     }
 
     /// The same with what a file says of it; blank text says nothing.
-    pub(crate) fn with_facts(self, unit: Option<String>, description: Option<String>) -> Self {
+    pub fn with_facts(self, unit: Option<String>, description: Option<String>) -> Self {
         let told = |text: Option<String>| text.filter(|text| !text.trim().is_empty());
         Self {
             unit: told(unit),
@@ -76,7 +79,7 @@ impl Column {
 }
 
 /// Instants that a file keeps beside its columns.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Clock {
     /// Instants of the rows, s.
     pub seconds: Vec<f64>,
@@ -85,7 +88,7 @@ pub struct Clock {
 }
 
 /// A table: columns of one length.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Group {
     /// Its name in the file; empty for the only one.
     pub name: String,

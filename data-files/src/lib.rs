@@ -11,10 +11,12 @@
 //! * `workbook`, `matlab`, `hdf5`, `columnar` (Parquet, Arrow), `mdf`, `tdms`, `mcap_file`: a format each.
 //! * `groups`: tables with names, units and clocks; `asked`: which columns; `choose`: of which table;
 //!   `merge`: of several rates.
-//! * `text`: columns as the text of a table.
+//! * `apart`: reading in a process of its own; `quiet`: panics as errors.
+//! * `text`: columns as the text of a table; `write`: as a file.
 //!
-//! Limits: a file is read whole, at most [`MAXIMUM_BYTES`]. What a library panics on is an error.
+//! Limits: a file is read whole, at most [`MAXIMUM_BYTES`].
 
+mod apart;
 mod asked;
 mod choose;
 mod columnar;
@@ -28,21 +30,24 @@ mod quiet;
 mod tdms;
 mod text;
 mod workbook;
+mod write;
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
+pub use apart::{read_apart, serve};
 pub use asked::{Between, Wanted};
 pub use groups::{Cells, Clock, Column, Group};
 pub use text::Text;
 pub use workbook::Sheet;
+pub use write::{Target, write};
 
 /// The largest file that is read: it is held in memory with its numbers.
 pub const MAXIMUM_BYTES: u64 = 4 << 30;
-/// So many first bytes tell every kind.
-pub const TELLING_BYTES: usize = 16;
 
 /// A format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// xlsx, ods.
     Workbook,
@@ -122,6 +127,7 @@ impl Problem {
 }
 
 /// What a file holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Contents {
     /// The sheets of a workbook, cells as text.
     Sheets(Vec<Sheet>),
@@ -129,8 +135,24 @@ pub enum Contents {
     Groups(Vec<Group>),
 }
 
+/// What a file holds, or why it is not read.
+type Outcome = Result<Contents, String>;
+
 /// Reads a file of a kind.
+///
+/// # Errors
+/// Where it is damaged, or holds what is not read.
 pub fn read(kind: Kind, bytes: &[u8]) -> Result<Contents, Problem> {
+    apart::read(kind, bytes).map_err(|cause| {
+        Problem::new(
+            format!("cannot be read as {} {kind}: {cause}", article(kind)),
+            "a whole file of that format; copy it again, or export it as CSV",
+        )
+    })
+}
+
+/// Reads a file in this process.
+fn read_here(kind: Kind, bytes: &[u8]) -> Outcome {
     let reads = || match kind {
         Kind::Workbook | Kind::OldWorkbook => workbook::read(bytes).map(Contents::Sheets),
         Kind::Matlab => matlab::read(bytes).map(Contents::Groups),
@@ -141,13 +163,7 @@ pub fn read(kind: Kind, bytes: &[u8]) -> Result<Contents, Problem> {
         Kind::Arrow => columnar::arrow(bytes).map(Contents::Groups),
         Kind::Mcap => mcap_file::read(bytes).map(Contents::Groups),
     };
-    let contents = quiet::or_panics(reads).unwrap_or_else(|| Err("it is damaged".into()));
-    contents.map_err(|cause| {
-        Problem::new(
-            format!("cannot be read as {} {kind}: {cause}", article(kind)),
-            "a whole file of that format; copy it again, or export it as CSV",
-        )
-    })
+    quiet::or_panics(reads).unwrap_or_else(|| Err("it is damaged".into()))
 }
 
 fn article(kind: Kind) -> &'static str {

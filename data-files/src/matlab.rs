@@ -13,6 +13,7 @@ const BEGINNING: &[u8] = b"MATLAB 5.0 MAT-file, ";
 const DEEPEST: usize = 8;
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
+    check_elements(bytes)?;
     let mut bytes = bytes.to_vec();
     let text = bytes.get_mut(..BEGINNING.len()).ok_or("truncated")?;
     text.copy_from_slice(BEGINNING);
@@ -24,6 +25,26 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
     let mut groups = Vec::new();
     gather("", variables.collect(), &mut groups, 0);
     Ok(groups)
+}
+
+/// The library takes what is damaged for the end of the file: elements must follow each other up to
+/// the end, each with its length.
+fn check_elements(bytes: &[u8]) -> Result<(), String> {
+    const HEADER: usize = 128;
+    const TAG: usize = 8;
+    let is_big = bytes.get(126..HEADER) == Some(b"MI");
+    let mut rest = bytes.get(HEADER..).ok_or("truncated")?;
+    while !rest.is_empty() {
+        let length = rest.get(4..TAG).and_then(|field| field.first_chunk());
+        let length = length.map(|field| match is_big {
+            true => u32::from_be_bytes(*field),
+            false => u32::from_le_bytes(*field),
+        });
+        let end = length.and_then(|length| TAG.checked_add(usize::try_from(length).ok()?));
+        let next = end.and_then(|end| rest.get(end..));
+        rest = next.ok_or("truncated: it ends inside a variable")?;
+    }
+    Ok(())
 }
 
 /// The columns among variables as tables, and those of the structures among them.

@@ -169,4 +169,43 @@ mod tests {
         let lines = drawn(&rows, &own, &values, Between::Line);
         assert_eq!(format!("{lines:?}"), format!("{expected:?}"));
     }
+
+    fn group(name: &str, rows: usize, columns: &[&str]) -> Group {
+        let ramp = |end: usize| (0..end).map(|row| row as f64);
+        let column = |column: &&str| Column::new(*column, Cells::Reals(ramp(rows).collect()));
+        Group {
+            name: name.into(),
+            separator: '/',
+            columns: columns.iter().map(column).collect(),
+            clock: Some(crate::groups::Clock {
+                seconds: ramp(rows).map(|row| row / rows as f64).collect(),
+                says: String::new(),
+            }),
+        }
+    }
+
+    fn wanted<'w>(names: &[(&'w str, Between)]) -> Vec<Wanted<'w>> {
+        let all = names.iter();
+        all.map(|(name, between)| Wanted {
+            name,
+            between: *between,
+        })
+        .collect()
+    }
+
+    #[test]
+    fn prop_pressures_are_never_moved() {
+        let groups = [
+            group("fast", 100, &["p_a", "u"]),
+            group("slow", 10, &["p_b", "x"]),
+        ];
+        let pressures = wanted(&[("p_a", Between::Nothing), ("p_b", Between::Nothing)]);
+        let refused = text(&groups, &[0, 1], "t", &pressures).err();
+        assert!(refused.is_some_and(|cause| cause.problem.contains("\"fast\" (100 rows)")));
+        // The rows are those of the pressure, be they the fewest.
+        let few = wanted(&[("u", Between::Held), ("p_b", Between::Nothing)]);
+        assert_eq!(base(&groups, &[0, 1], &few), Ok(1));
+        let none = wanted(&[("u", Between::Held), ("x", Between::Line)]);
+        assert_eq!(base(&groups, &[0, 1], &none), Ok(0));
+    }
 }

@@ -48,6 +48,12 @@ impl Text {
     }
 }
 
+impl From<Vec<Column>> for Text {
+    fn from(columns: Vec<Column>) -> Self {
+        Self::of_columns(columns, Vec::new())
+    }
+}
+
 /// A cell so that reading gives the same bits.
 fn cell(cells: &Cells, row: usize) -> String {
     match cells {

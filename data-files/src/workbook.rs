@@ -5,13 +5,14 @@
 use std::io::Cursor;
 
 use calamine::{Data, Range, Reader, open_workbook_auto_from_rs};
+use serde::{Deserialize, Serialize};
 
 use crate::asked::Wanted;
 use crate::text::Text;
 use crate::{Problem, said};
 
 /// A sheet, cells as text.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sheet {
     /// Its name.
     pub name: String,

@@ -1,16 +1,17 @@
 //! The `pneuma` program: reads the command line, hands over to a command.
 
+use std::env;
 use std::io;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use host_sim::cli::{
     self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
-    compare::CompareArguments, controller::ControllerArguments, demo::DemoArguments,
-    diagnose::DiagnoseArguments, fit::FitArguments, identify::IdentifyArguments,
-    init::InitArguments, inspect::InspectArguments, record::RecordArguments,
-    settings::SettingsArguments, shell_help::CompletionsArguments, shell_help::ManArguments,
-    simulate::SimulateArguments, trial::TrialArguments,
+    compare::CompareArguments, controller::ControllerArguments, convert::ConvertArguments,
+    demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments,
+    identify::IdentifyArguments, init::InitArguments, inspect::InspectArguments,
+    record::RecordArguments, settings::SettingsArguments, shell_help::CompletionsArguments,
+    shell_help::ManArguments, simulate::SimulateArguments, trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -29,6 +30,7 @@ enum Command {
     Compare(CompareArguments),
     Completions(CompletionsArguments),
     Controller(ControllerArguments),
+    Convert(ConvertArguments),
     Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
     Fit(FitArguments),
@@ -37,13 +39,22 @@ enum Command {
     Inspect(InspectArguments),
     Loop(LoopArguments),
     Man(ManArguments),
+    /// Reads a file of another program for a process that holds no memory in danger.
+    #[command(name = READER, hide = true)]
+    ReadDataFile,
     Record(RecordArguments),
     Settings(SettingsArguments),
     Simulate(SimulateArguments),
     Trial(TrialArguments),
 }
 
+/// The argument with which the program reads files of other programs for itself.
+const READER: &str = "read-data-file";
+
 fn main() -> ExitCode {
+    if let Ok(program) = env::current_exe() {
+        data_files::read_apart(program, READER);
+    }
     let cli = Cli::parse();
     let mut out = io::stdout().lock();
     let run = || match &cli.command {
@@ -54,6 +65,7 @@ fn main() -> ExitCode {
             cli::shell_help::completions(arguments, Cli::command(), &mut out)
         }
         Command::Controller(arguments) => cli::controller::run(arguments, &mut out),
+        Command::Convert(arguments) => cli::convert::run(arguments, &mut out),
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
@@ -62,6 +74,7 @@ fn main() -> ExitCode {
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
         Command::Loop(arguments) => cli::closed_loop::run(arguments, &mut out),
         Command::Man(arguments) => cli::shell_help::man(arguments, Cli::command(), &mut out),
+        Command::ReadDataFile => Ok(data_files::serve(io::stdin().lock(), &mut out)?),
         Command::Record(arguments) => cli::record::run(arguments, &mut out),
         Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),

@@ -715,7 +715,11 @@ const ODD: &[(&str, &str)] = &[
     ),
     (
         "PK\u{3}\u{4}",
-        "run.csv: is an Excel workbook or another zip archive, expected a text table: rows of numbers; export it as CSV",
+        "run.csv: cannot be read as a workbook: Cannot detect file format, expected a whole file of that format; copy it again, or export it as CSV",
+    ),
+    (
+        "BZh91AY",
+        "run.csv: is packed with bzip2, expected a text table: rows of numbers; export it as CSV",
     ),
 ];
 

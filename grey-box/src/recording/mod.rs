@@ -32,8 +32,7 @@ use std::collections::BTreeMap;
 
 pub use error::RecordingError;
 pub use tables::{ColumnLook, TableLook, tables};
-pub use write::arrange;
-pub use write::{Output, Table};
+pub use write::{Output, Table, arrange, as_recorded};
 
 /// The largest number of rows that is read. At eight signals it is 1.4 GB.
 pub const MAXIMUM_ROWS: usize = 20_000_000;

@@ -53,7 +53,11 @@ pub fn tables(path: impl AsRef<Path>) -> Result<Vec<TableLook>, RecordingError> 
     match Opened::of(source.reader, name)? {
         Opened::Text(text) => Ok(vec![of_text(text, name)?]),
         Opened::DataFile(Contents::Groups(groups)) => {
-            Ok(groups.into_iter().map(of_group).collect())
+            let tables: Vec<TableLook> = groups.into_iter().map(of_group).collect();
+            if tables.iter().all(|table| table.rows == Some(0)) {
+                return Err(error(name, None, "holds no column of numbers", TABLE));
+            }
+            Ok(tables)
         }
         Opened::DataFile(Contents::Sheets(sheets)) => {
             let tables = sheets.into_iter().map(|sheet| of_sheet(sheet, name));

@@ -3,13 +3,35 @@
 //! A signal stands in the rig's column and unit; one that the rig does not name
 //! stands in SI under the name given with it.
 
+use super::Recording;
 use crate::number::Rounding;
-use crate::rig::{Column, Rig, RigError};
+use crate::rig::{Column, Rig, RigError, Signal, Signals};
 use std::io::{self, Write};
 
 /// Digits of the numbers in the table: 1e-12 of a value is far below any
 /// sensor, and rounding keeps 0.1 + 0.2 from filling a line.
 const DIGITS: i32 = 12;
+
+/// Digits of a number that was recorded: decimals of fewer digits come back as they were.
+const RECORDED_DIGITS: i32 = 15;
+
+/// The signals of a recording in the columns and units of the rig, time first.
+pub fn as_recorded(recording: &Recording, signals: &Signals) -> Vec<data_files::Column> {
+    let rounding = Rounding::Significant(RECORDED_DIGITS);
+    let time = signals.iter().filter(|(name, _)| *name == "t");
+    let others = signals.iter().filter(|(name, _)| *name != "t");
+    let column = |(name, signal): (&str, &Signal)| {
+        let recorded = |value: &f64| rounding.apply(signal.from_si(*value, signals.gauge_zero_pa));
+        let values = recording.signal(name)?.iter().map(recorded).collect();
+        let header = match &signal.column {
+            Column::Name(header) => header.as_str(),
+            Column::Number(_) => name,
+        };
+        let column = data_files::Column::new(header, data_files::Cells::Reals(values));
+        Some(column.with_facts(Some(signal.unit.to_string()), Some(name.into())))
+    };
+    time.chain(others).filter_map(column).collect()
+}
 
 /// One signal to write.
 #[derive(Clone, Debug, PartialEq)]

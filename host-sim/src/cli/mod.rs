@@ -6,6 +6,7 @@ pub mod check;
 pub mod closed_loop;
 pub mod compare;
 pub mod controller;
+pub mod convert;
 pub mod demo;
 pub mod diagnose;
 pub mod fit;

@@ -1,0 +1,138 @@
+//! Files of other programs, as a user meets them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const RIG: &str = r#"format = "rig/1"
+[signals]
+t = { column = "t_s", unit = "s" }
+u = { column = "u_V", unit = "V" }
+p_a = { column = "p_a_Pa", unit = "Pa(abs)" }
+p_b = { column = "p_b_Pa", unit = "Pa(abs)" }
+x = { column = "x_m", unit = "m" }
+"#;
+
+fn pneuma(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_pneuma"))
+        .args(arguments)
+        .output()
+        .expect("the program runs")
+}
+
+fn fixture(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    folder.join("../data-files/fixtures").join(name)
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+#[test]
+fn prop_without_a_rig_the_columns_of_a_file_are_listed() {
+    for (name, table, rows) in [
+        ("run.csv", "", "400 rows"),
+        ("run-units.xlsx", "table \"data\"", "400 rows"),
+        ("run.h5", "table \"rig/run 1\"", "400 rows"),
+        ("run-two-rates.mf4", "table \"encoder\"", "80 rows"),
+        ("run-zstd.mcap", "table \"/axis\"", "400 rows"),
+    ] {
+        let output = pneuma(&["inspect", text(&fixture(name))]);
+        let shown = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "{name}: {output:?}");
+        assert!(shown.contains(table) && shown.contains(rows), "{shown}");
+        assert!(
+            shown.contains("x_m") && shown.contains("0.0201932"),
+            "{shown}"
+        );
+    }
+    let output = pneuma(&["inspect", text(&fixture("run.mf4"))]);
+    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    let line = shown.lines().find(|line| line.contains("p_a_Pa"));
+    assert!(line.is_some_and(|line| line.contains(" Pa ")), "{shown}");
+}
+
+#[test]
+fn val_a_recording_goes_through_every_written_format_bit_for_bit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rig = folder.path().join("rig.toml");
+    fs::write(&rig, RIG).expect("room");
+    let mut source = fixture("run.xlsx");
+    for (name, magic) in [
+        ("run.parquet", &b"PAR1"[..]),
+        ("run.mat", b"MATLAB 5.0"),
+        ("run.mcap", b"\x89MCAP0"),
+        ("run.csv", b"t_s,p_a_Pa,"),
+    ] {
+        let out = folder.path().join(name);
+        let convert = [
+            "convert",
+            "--rig",
+            text(&rig),
+            "--out",
+            text(&out),
+            text(&source),
+        ];
+        let output = pneuma(&convert);
+        assert!(output.status.success(), "{output:?}");
+        assert!(
+            fs::read(&out).expect("written").starts_with(magic),
+            "{name}"
+        );
+        source = out;
+    }
+    let cells = |text: String, rows: usize| -> Vec<Vec<f64>> {
+        let rows = text.lines().skip(rows);
+        rows.map(|row| {
+            row.split(',')
+                .map(|cell| cell.parse().expect("a number"))
+                .collect()
+        })
+        .collect()
+    };
+    let first = cells(
+        fs::read_to_string(fixture("run.csv")).expect("a fixture"),
+        1,
+    );
+    let last = cells(fs::read_to_string(&source).expect("written"), 2);
+    // t_s, u_V, p_a_Pa, p_b_Pa, x_m, v_m_s; and t_s, p_a_Pa, p_b_Pa, u_V, x_m.
+    for (before, after) in first.iter().zip(&last) {
+        let expected = [before[0], before[2], before[3], before[1], before[4]];
+        assert_eq!(
+            expected.map(f64::to_bits).to_vec(),
+            after.iter().map(|one| one.to_bits()).collect::<Vec<_>>()
+        );
+    }
+    assert_eq!(first.len(), last.len());
+    let wrong = folder.path().join("run.doc");
+    let output = pneuma(&[
+        "convert",
+        "--rig",
+        text(&rig),
+        "--out",
+        text(&wrong),
+        text(&source),
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+/// Lengths beyond all memory, where a library believes them: one line, and the program goes on.
+#[test]
+fn prop_a_file_that_claims_more_than_memory_holds_is_refused_in_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, place) in [("run-lz4.mcap", 17), ("run-lz4.feather", 1040)] {
+        let mut bytes = fs::read(fixture(name)).expect("a fixture");
+        bytes[place..place + 4].copy_from_slice(&[0xf0, 0xff, 0xff, 0x7f]);
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).expect("room");
+        let output = pneuma(&["inspect", text(&path)]);
+        let line = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(line.starts_with("error: "), "{line}");
+        assert!(
+            line.contains("more than memory") && line.lines().count() == 1,
+            "{line}"
+        );
+    }
+}
