@@ -110,10 +110,9 @@ const COST_TOLERANCE: f64 = 1e-7;
 const LONG_COST_TOLERANCE: f64 = 1e-5;
 /// ... and there in a search than this: half of its time went into the last per mille.
 const COARSE_COST_TOLERANCE: f64 = 1e-3;
-/// Recordings of more rows than this are long ...
+/// Recordings of more rows than this are long; those of a whole axis always: it has twice as many
+/// effects to try, and takes longer a row.
 const LONG_ROWS: usize = 15_000;
-/// ... of a whole axis these: it has twice as many effects to try, and takes longer a row.
-const LONG_ROWS_OF_AXIS: usize = 3_000;
 /// A fit whose residual is below this part of the size it was weighed by is
 /// weighed anew: the priors would else hold it back.
 const WEIGHED_ANEW: f64 = 0.7;
@@ -199,12 +198,8 @@ impl<'a> Bench<'a> {
 
     /// Whether a fit takes seconds.
     pub fn is_long(&self) -> bool {
-        let long = if self.rig.valve.is_some() {
-            LONG_ROWS_OF_AXIS
-        } else {
-            LONG_ROWS
-        };
-        self.rows() > long && self.law.is_dear()
+        let is_axis = self.rig.valve.is_some();
+        (is_axis || self.rows() > LONG_ROWS) && self.law.is_dear()
     }
 
     /// The rig with the switches of a set of effects.

@@ -21,7 +21,7 @@
 //! position; a velocity that was computed from the position shows nothing of either.
 
 use super::locate::{self, Located};
-use super::misfit::MISSED;
+use super::misfit::missed_from;
 use super::sensor_noise;
 use super::wave::{self, Wave};
 use crate::inspect::{Moved, moved};
@@ -166,7 +166,7 @@ fn energy(windows: &[Window], apart_m: impl Fn(&Window) -> f64) -> f64 {
 fn is_material(windows: &[Window]) -> bool {
     let over_noise = energy(windows, |window| window.apart_m) - 1.0;
     let of_way = energy(windows, |window| window.moved.path_m);
-    over_noise > MISSED && over_noise > MATERIAL * MATERIAL * of_way
+    over_noise > missed_from(windows.len()) && over_noise > MATERIAL * MATERIAL * of_way
 }
 
 /// The periodic error of the position that most of the disagreement comes to, if it is material.

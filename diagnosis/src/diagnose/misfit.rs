@@ -6,11 +6,11 @@ use crate::laws::{Law, Output, Track};
 use crate::rig::Rig;
 
 /// A misfit whose energy is this much above the noise's shows that something is missing,
-/// effect or none: the declared noise of a sensor is hardly better known (5 % of its size).
+/// effect or none: the declared noise of a sensor is hardly better known (5 % of its size). Of few
+/// draws it takes four times what the energy of white noise varies by, the root of two over them.
 pub(super) const MISSED: f64 = 0.10;
-/// An effect may show at less, as none takes away noise: from four times on what the energy of
-/// white noise varies by, which is the root of two over the rows.
-const WORTH_A_SEARCH_DEVIATIONS: f64 = 4.0;
+/// An effect may show at less, as none takes away noise: from the same four times on.
+const NOISE_DEVIATIONS: f64 = 4.0;
 /// A misfit whose energy is no more than this above the noise's is taken for noise when
 /// effects are judged ...
 const TO_THE_NOISE: f64 = 0.05;
@@ -44,7 +44,7 @@ impl Bench<'_> {
         if self.law == Law::Balance {
             return WORTH_A_SEARCH_OF_FORCES;
         }
-        (WORTH_A_SEARCH_DEVIATIONS * self.noise_varies()).min(MISSED)
+        (NOISE_DEVIATIONS * self.noise_varies()).min(MISSED)
     }
 
     /// How much the energy of white noise varies, in units of it.
@@ -153,7 +153,7 @@ impl Bench<'_> {
         let outputs = left.into_iter().zip(&self.noise).enumerate();
         outputs
             .map(|(output, (left, noise))| (self.excess(model, output), left / noise.powi(2)))
-            .any(|(excess, left)| excess > MISSED + left)
+            .any(|(excess, left)| excess > missed_from(self.rows()) + left)
     }
 
     /// Whether a model misses some output that can be trusted to show it. A break-away
@@ -162,7 +162,7 @@ impl Bench<'_> {
     pub(super) fn misses_plainly(&self, model: &Fitted) -> bool {
         let (trusted, least) = match self.law {
             Law::Balance => (1, MISSED_OF_FORCES),
-            _ => (self.noise.len(), MISSED),
+            _ => (self.noise.len(), missed_from(self.rows())),
         };
         (0..trusted).any(|output| self.excess(model, output) > least)
     }
@@ -192,6 +192,11 @@ pub(super) fn left_by_a_sound_model(law: Law, rig: &Rig, tracks: &[Track<'_>]) -
         sum / rows.max(1) as f64
     };
     outputs.map(|output| share * mean_square(output)).collect()
+}
+
+/// From which energy above the noise's on so many draws show that something is missing.
+pub(super) fn missed_from(draws: usize) -> f64 {
+    MISSED.max(NOISE_DEVIATIONS * varies(draws))
 }
 
 /// How much the mean square of so many draws of noise varies, in units of it.

@@ -165,6 +165,9 @@ pub struct LawDiagnosis {
     pub is_unproven: bool,
     /// Whether only held-out recordings show that something is missing.
     pub is_surprised: bool,
+    /// Whether held-out recordings are predicted beyond the noise because the training recordings
+    /// leave numbers of the rig open.
+    pub leaves_numbers_open: bool,
     /// A table in the place of a force that no effect explains.
     pub term: Option<unknown_term::Term>,
     /// What the effects came to that a table was put in the place of.
@@ -541,7 +544,10 @@ fn prove(
             law.ask_for_input_anew(rig, train);
         }
         if proof::surprises(law, rig, &tracks, &heard) {
-            law.is_surprised = true;
+            law.leaves_numbers_open = proof::is_of_open_numbers(law, rig, &tracks, (train, &heard));
+            law.is_surprised = !law.leaves_numbers_open;
+        }
+        if law.is_surprised {
             let misfits =
                 locate::locate(law.law, rig, &tracks, &law.left_of_held_out(&tracks, rig));
             law.located = above_noise(misfits, &law.floor);
@@ -568,6 +574,7 @@ fn remarks_on_rig(
     notes.extend(remarks::strayed(rig, laws, &verdict.parameters));
     notes.extend(remarks::assumed_curve(rig, laws));
     notes.extend(remarks::unjudged(rig, laws));
+    notes.extend(remarks::open_numbers(laws));
     notes
 }
 
@@ -752,14 +759,13 @@ fn written(
     let missed = full.misses_plainly(baseline);
     let is_unsound = full.is_unsound(baseline);
     let shown = shown(full, law, baseline);
-    let mut located = Vec::new();
-    if missed {
+    let located = missed.then(|| {
         let misfits = locate::locate(law, full.rig, full.tracks, &shown.residuals);
-        located = above_noise(misfits, &shown.noise);
-    }
+        above_noise(misfits, &shown.noise)
+    });
     LawDiagnosis {
         law,
-        located,
+        located: located.unwrap_or_default(),
         break_aways: break_aways(full, baseline, &settled.improved),
         input: None,
         lost_commands: None,
@@ -770,6 +776,7 @@ fn written(
         refuted: None,
         is_unproven: false,
         is_surprised: false,
+        leaves_numbers_open: false,
         term: settled.term,
         of_effects: None,
         alone: searched.alone.clone(),

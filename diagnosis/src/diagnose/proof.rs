@@ -5,7 +5,7 @@
 //! that recording, for every model alike: a recorded initial value is one noisy
 //! sample, and a model must not win by where it happened to start.
 
-use super::candidates::Candidate;
+use super::candidates::{Candidate, candidates};
 use super::fitted::{Bench, Columns, Fitted};
 use super::fold_squares::row_squares;
 use super::intermittent;
@@ -467,7 +467,38 @@ pub(super) fn surprises(
     if law.missed || hangs_on_chance(law) {
         return false;
     }
-    let Some(energies) = energies(law, Model::Improved, |run| &run.free_run, held_out) else {
+    let runs = &law.held_out[Model::Improved as usize];
+    is_beyond_sound(law, rig, tracks, (runs, held_out))
+}
+
+/// Whether numbers that the training recordings leave open explain what the held-out ones surprise
+/// by: refitted to all of them, the same model leaves of these no more than a sound one does.
+pub(super) fn is_of_open_numbers(
+    law: &LawDiagnosis,
+    rig: &Rig,
+    tracks: &[Track<'_>],
+    (train, held_out): (&[Recording], &[Recording]),
+) -> bool {
+    let all: Vec<Track<'_>> = train.iter().chain(held_out).map(Track::new).collect();
+    let mut bench = Bench::new(law.law, rig, &all);
+    bench.noise.clone_from(&law.noise);
+    bench.candidates.clone_from(&law.candidates);
+    let Some(fitted) = bench.fit(&law.improved.set, None) else {
+        return false;
+    };
+    let own = candidates(law.law, rig, tracks, 1.0);
+    let runs = Frozen::new(&bench, &fitted).run(&Bench::new(law.law, rig, tracks), &own);
+    !is_beyond_sound(law, rig, tracks, (&runs, held_out))
+}
+
+/// Whether runs leave more of the held-out recordings than a sound model does.
+fn is_beyond_sound(
+    law: &LawDiagnosis,
+    rig: &Rig,
+    tracks: &[Track<'_>],
+    (runs, held_out): (&[Option<Run>], &[Recording]),
+) -> bool {
+    let Some(energies) = energies_of(runs, &law.floor, |run| &run.free_run, held_out) else {
         return false;
     };
     let sound = left_by_a_sound_model(law.law, rig, tracks).into_iter();
@@ -569,11 +600,21 @@ fn energies(
     held_out: &[Recording],
 ) -> Option<Vec<f64>> {
     let runs = law.held_out.get(model as usize)?;
+    energies_of(runs, &law.floor, squares, held_out)
+}
+
+/// The same of runs.
+fn energies_of(
+    runs: &[Option<Run>],
+    floor: &[f64],
+    squares: Squares,
+    held_out: &[Recording],
+) -> Option<Vec<f64>> {
     let of_output = |(output, floor): (usize, &f64)| {
         let error = pooled(runs, held_out, |run| squares(run)[output])?;
         Some((error / floor).powi(2).max(1.0))
     };
-    law.floor.iter().enumerate().map(of_output).collect()
+    floor.iter().enumerate().map(of_output).collect()
 }
 
 /// What the improved model leaves of each output over what the refitted one leaves.

@@ -59,6 +59,18 @@ pub(super) fn too_sure(rig: &Rig, laws: &[LawDiagnosis]) -> Option<String> {
     })
 }
 
+/// Numbers that the training recordings leave open, where held-out ones need them.
+pub(super) fn open_numbers(laws: &[LawDiagnosis]) -> Vec<String> {
+    let open = laws.iter().filter(|law| law.leaves_numbers_open);
+    let note = |law: &LawDiagnosis| {
+        format!(
+            "{}: the training recordings leave numbers of the rig open that the held-out ones need; fitted to all recordings the same model explains these, so train on more of them",
+            law.law.title()
+        )
+    };
+    open.map(note).collect()
+}
+
 /// Numbers that ended at the bound of what they may be.
 pub(super) fn at_bounds(parameters: &BTreeMap<String, Parameter>) -> Vec<Doubt> {
     let at_bound = parameters.iter().filter(|(key, parameter)| {
