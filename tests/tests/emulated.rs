@@ -16,11 +16,12 @@ use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
-use xtask::{emulate, emulator, image};
+use xtask::packages::EMULATOR;
+use xtask::{emulate, image};
 
 /// The image; none where there is no emulator.
 fn flashed() -> Option<PathBuf> {
-    if let Err(failure) = emulator::need_emulator() {
+    if let Err(failure) = EMULATOR.need() {
         assert!(std::env::var_os("CI").is_none(), "{failure}");
         println!("SKIPPED: the emulator of the board: {failure}");
         return None;

@@ -32,7 +32,10 @@ fn packages(choice: &[&str], edges: &str) -> Outcome<BTreeSet<String>> {
     let mut command = cargo(&words);
     let tree = shell::output_of(&mut command)
         .ok_or_else(|| format!("`{}` failed", shell::as_typed(&command)))?;
-    Ok(tree.lines().map(str::to_owned).collect())
+    Ok(tree
+        .lines()
+        .map(|line| line.trim_end().to_owned())
+        .collect())
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use crate::apt;
 use crate::chip::{self, CoreForChip, TARGET};
-use crate::emulator;
+use crate::packages::{EMULATOR, PYTHON, Packages};
 use crate::shell::{self, Outcome, cargo, command};
 
 /// QEMU for Arm: the program and Debian's package have one name.
@@ -29,7 +29,7 @@ pub fn prepare() -> Vec<String> {
         missing.push(advice_for_core());
     }
     missing.extend(prepare_qemu());
-    missing.extend(prepare_emulator());
+    missing.extend([EMULATOR, PYTHON].iter().filter_map(prepare_packages));
     for paragraph in &missing {
         println!("setup: MISSING: {paragraph}");
     }
@@ -71,16 +71,15 @@ fn prepare_qemu() -> Option<String> {
     })
 }
 
-/// `Some` advice if the emulator of the board could not be made.
-fn prepare_emulator() -> Option<String> {
-    if emulator::is_there() {
-        println!("setup: emulator: found");
+/// `Some` advice if a set of Python's packages could not be installed.
+fn prepare_packages(packages: &Packages) -> Option<String> {
+    let name = packages.name;
+    if packages.are_there() {
+        println!("setup: {name}: found");
         return None;
     }
-    println!("setup: emulator: missing, asking PyPI");
-    emulator::need_emulator()
-        .err()
-        .map(|failure| failure.to_string())
+    println!("setup: {name}: missing, asking PyPI");
+    packages.need().err().map(|failure| failure.to_string())
 }
 
 /// Whether QEMU for Arm can be started.

@@ -119,11 +119,9 @@ impl Shape {
 
     /// What is tabled, in words.
     pub fn phrase(self) -> String {
-        let article = match self {
-            Self::ForceOverPosition | Self::ForceOverVelocity => "a",
-            Self::ShiftOfOpenings | Self::ErrorOfGauge(_) => "an",
-        };
         let (quantity, variable) = (self.quantity().0, self.variable().0);
+        let begins_with_a_vowel = quantity.starts_with(['a', 'e', 'i', 'o', 'u']);
+        let article = if begins_with_a_vowel { "an" } else { "a" };
         format!("{article} {quantity} over the {variable}")
     }
 
