@@ -5,7 +5,7 @@ use crate::fault::{Fault, Finding};
 use crate::link::Order;
 use crate::settings::NULL_V;
 use crate::start::ResetCause;
-use crate::status::{Counters, Status};
+use crate::status::{Counters, Program, Status, TickCost};
 use crate::supervisor::Supervisor;
 use crate::tick::{Command, Sample, State};
 use model_core::controller::{Action, Controller, ControllerState, Estimate, Measurements};
@@ -128,7 +128,8 @@ impl ControlTask {
         self.supervisor.trip(finding, 0);
     }
 
-    /// The status report.
+    /// The status report, without what only a board's application knows: its program and the cost
+    /// of a tick.
     pub fn status(&self, reset_cause: ResetCause, has_built_in_settings: bool) -> Status {
         Status {
             state: self.supervisor.state(),
@@ -137,6 +138,8 @@ impl ControlTask {
             reset_cause,
             has_built_in_settings,
             calmed: self.supervisor.calmed(),
+            program: Program::default(),
+            tick_cost: TickCost::default(),
             counters: *self.supervisor.counters(),
         }
     }

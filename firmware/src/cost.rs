@@ -4,6 +4,7 @@
 //! QEMU. The report says how many of them make a second.
 
 use crate::frame::LONGEST_PAYLOAD;
+use crate::status::TickCost;
 use heapless::Vec;
 
 /// First byte of a report's payload.
@@ -27,6 +28,31 @@ impl Cost {
         self.ticks = self.ticks.saturating_add(1);
         self.total_counts = self.total_counts.saturating_add(u64::from(counts));
         self.worst_counts = self.worst_counts.max(counts);
+    }
+
+    /// Counts of a tick in the mean: of ten thousand counts a tick to a part in two hundred thousand.
+    fn mean_counts(&self) -> u32 {
+        let (mut total, mut ticks) = (self.total_counts, self.ticks);
+        while total > u64::from(u32::MAX) {
+            (total, ticks) = (total >> 1, ticks >> 1);
+        }
+        u32::try_from(total).unwrap_or(u32::MAX) / ticks.max(1)
+    }
+}
+
+impl Report {
+    /// What a tick costs, as the status says it; more than it can say is its most. In 32 bits: a
+    /// division of 64 costs a kilobyte of flash.
+    pub fn tick_cost(&self) -> TickCost {
+        let per_10_us = (self.counts_per_s / 100_000).max(1);
+        let tenths_of_us = |counts: u32| {
+            let tenths = counts.saturating_mul(100) / per_10_us;
+            u16::try_from(tenths).unwrap_or(u16::MAX)
+        };
+        TickCost {
+            mean_100ns: tenths_of_us(self.cost.mean_counts()),
+            worst_100ns: tenths_of_us(self.cost.worst_counts),
+        }
     }
 }
 
@@ -116,6 +142,21 @@ mod tests {
             kept_cause: 0x1234_5678,
         };
         assert_eq!((cost.total_counts, cost.worst_counts), (17, 9));
+        let told = Report {
+            counts_per_s: 1_000_000,
+            ..original
+        };
+        let TickCost {
+            mean_100ns,
+            worst_100ns,
+        } = told.tick_cost();
+        assert_eq!((mean_100ns, worst_100ns), (50, 90));
+        let long = Cost {
+            ticks: 4_000_000_000,
+            total_counts: 4_000_000_000 * 13_041,
+            worst_counts: 14_382,
+        };
+        assert!((13_040..=13_042).contains(&long.mean_counts()));
         let payload = original.payload();
         assert_eq!(payload.len(), REPORT_BYTES);
         assert_eq!(Report::read(&payload), Some(original));

@@ -45,6 +45,7 @@ mod app {
     use firmware::settings::slots::{Origin, Slots};
     use firmware::settings::transfer::Transfer;
     use firmware::start::{ResetCause, cause_of, finding_of};
+    use firmware::status::Program;
     use firmware::telemetry::{self, Streaming, Tap};
     use firmware::tick::{Command, Sample, State};
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -57,6 +58,15 @@ mod app {
     const QUEUE_LENGTH: usize = 8;
     /// Runs of the supervisor from one status report to the next: some a second.
     const SUPERVISIONS_PER_STATUS: u8 = 20;
+    /// Which program this is; `cargo xtask image` says of which commit.
+    const PROGRAM: Program = Program::of(
+        [
+            env!("CARGO_PKG_VERSION_MAJOR"),
+            env!("CARGO_PKG_VERSION_MINOR"),
+            env!("CARGO_PKG_VERSION_PATCH"),
+        ],
+        option_env!("PNEUMA_COMMIT"),
+    );
     /// Nothing is asked for.
     const NO_REFERENCE: Reference<f32> = Reference {
         position_m: f32::NAN,
@@ -380,9 +390,11 @@ mod app {
         }
         if shared.status_is_due.lock(core::mem::take) {
             let started = &local.started;
-            let status = shared
+            let mut status = shared
                 .control_task
                 .lock(|it| it.status(started.reset_cause, started.has_built_in_settings));
+            status.program = PROGRAM;
+            status.tick_cost = shared.report.lock(|report| *report).tick_cost();
             send(local.serial_out, &status.payload());
         }
         if has_ended {

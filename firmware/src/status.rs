@@ -8,9 +8,62 @@ use crate::tick::State;
 /// First byte of a status payload.
 pub const KIND: u8 = 0x40;
 /// Version of the status payload.
-pub const VERSION: u8 = 2;
-/// The one before, without how often the loop was calmed.
+pub const VERSION: u8 = 3;
+/// The one before, without program and cost ...
+const VERSION_2: u8 = 2;
+/// ... and the one before that, without how often the loop was calmed.
 const VERSION_1: u8 = 1;
+
+/// Which program a board runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Program {
+    /// Version of the firmware: major, minor, patch; noughts where it is not known.
+    pub version: [u8; 3],
+    /// First digits of the commit that the image was built from; 0 where that is not known.
+    pub commit: u32,
+}
+
+impl Program {
+    /// By the parts of the version and the commit in hexadecimal digits, as a build has them.
+    pub const fn of(version: [&str; 3], commit: Option<&str>) -> Self {
+        let [major, minor, patch] = version;
+        Self {
+            version: [low_byte(major), low_byte(minor), low_byte(patch)],
+            commit: match commit {
+                Some(digits) => number(digits, 16),
+                None => 0,
+            },
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "versions are small")]
+const fn low_byte(digits: &str) -> u8 {
+    number(digits, 10) as u8
+}
+
+/// The number of the digits up to the first that is none.
+const fn number(digits: &str, radix: u32) -> u32 {
+    let mut rest = digits.as_bytes();
+    let mut number: u32 = 0;
+    while let [first, others @ ..] = rest {
+        let Some(digit) = (*first as char).to_digit(radix) else {
+            return number;
+        };
+        number = number.wrapping_mul(radix).wrapping_add(digit);
+        rest = others;
+    }
+    number
+}
+
+/// What a tick costs on the board, in tenths of a microsecond; noughts where nothing counts it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TickCost {
+    /// In the mean since the start.
+    pub mean_100ns: u16,
+    /// The longest.
+    pub worst_100ns: u16,
+}
 
 /// What is counted since the start; every counter stays at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,11 +126,16 @@ pub struct Status {
     pub counters: Counters,
     /// How many times the loop swung and was calmed, since it has its settings.
     pub calmed: u8,
+    /// Which program this is.
+    pub program: Program,
+    /// What a tick costs.
+    pub tick_cost: TickCost,
 }
 
 impl Status {
     /// Kind, version, state, fault (0: none), detail, u32 tick of the fault,
-    /// reset cause, 1 for built-in settings, u32 x5 counters, times calmed; little-endian.
+    /// reset cause, 1 for built-in settings, u32 x5 counters, times calmed, u8 x3 version of the
+    /// firmware, u32 commit, u16 x2 cost of a tick; little-endian.
     pub fn payload(&self) -> Payload {
         let mut payload = Payload::new();
         let (fault, detail) = self.finding.map_or((0, 0), parts);
@@ -94,6 +152,10 @@ impl Status {
             put(&mut payload, &count.to_le_bytes());
         }
         put(&mut payload, &[self.calmed]);
+        put(&mut payload, &self.program.version);
+        put(&mut payload, &self.program.commit.to_le_bytes());
+        put(&mut payload, &self.tick_cost.mean_100ns.to_le_bytes());
+        put(&mut payload, &self.tick_cost.worst_100ns.to_le_bytes());
         payload
     }
 
@@ -104,10 +166,10 @@ impl Status {
             return None;
         }
         let version = fields.u8()?;
-        if version != VERSION && version != VERSION_1 {
+        if !(VERSION_1..=VERSION).contains(&version) {
             return None;
         }
-        let status = Self {
+        let mut status = Self {
             state: State::from_code(fields.u8()?)?,
             finding: finding(fields.u8()?, fields.u8()?)?,
             fault_tick: fields.u32()?,
@@ -120,8 +182,23 @@ impl Status {
                 fields.u32()?,
                 fields.u32()?,
             ]),
-            calmed: if version == VERSION { fields.u8()? } else { 0 },
+            calmed: 0,
+            program: Program::default(),
+            tick_cost: TickCost::default(),
         };
+        if version >= VERSION_2 {
+            status.calmed = fields.u8()?;
+        }
+        if version >= VERSION {
+            status.program = Program {
+                version: [fields.u8()?, fields.u8()?, fields.u8()?],
+                commit: fields.u32()?,
+            };
+            status.tick_cost = TickCost {
+                mean_100ns: fields.u16()?,
+                worst_100ns: fields.u16()?,
+            };
+        }
         fields.end(status)
     }
 }
@@ -159,25 +236,47 @@ mod tests {
             faults: 5,
         },
         calmed: 1,
+        program: Program {
+            version: [0, 1, 2],
+            commit: 0x8a95_2d0f,
+        },
+        tick_cost: TickCost {
+            mean_100ns: 776,
+            worst_100ns: 856,
+        },
     };
+
+    #[test]
+    fn val_a_program_is_known_by_its_version_and_commit() {
+        let program = Program::of(["1", "20", "3"], Some("8a952d0f"));
+        assert_eq!(program.version, [1, 20, 3]);
+        assert_eq!(program.commit, 0x8a95_2d0f);
+        assert_eq!(Program::of(["0", "0", "0"], None), Program::default());
+    }
 
     #[test]
     fn prop_a_status_comes_back() {
         let payload = STATUS.payload();
-        assert_eq!(payload.len(), 32);
+        assert_eq!(payload.len(), 43);
         assert_eq!(Status::read(&payload), Some(STATUS));
-        assert_eq!(Status::read(&payload[..31]), None);
-        let mut of_before = payload.clone();
-        of_before.truncate(31);
-        of_before[1] = VERSION_1;
-        let read = Status::read(&of_before);
-        assert_eq!(
-            read,
-            Some(Status {
-                calmed: 0,
-                ..STATUS
-            })
-        );
+        assert_eq!(Status::read(&payload[..42]), None);
+        let without_cost = Status {
+            program: Program::default(),
+            tick_cost: TickCost::default(),
+            ..STATUS
+        };
+        let uncalmed = Status {
+            calmed: 0,
+            ..without_cost
+        };
+        for (version, length, expected) in
+            [(VERSION_2, 32, without_cost), (VERSION_1, 31, uncalmed)]
+        {
+            let mut of_before = payload.clone();
+            of_before.truncate(length);
+            of_before[1] = version;
+            assert_eq!(Status::read(&of_before), Some(expected));
+        }
         let sound = Status {
             state: State::Track,
             finding: None,

@@ -66,5 +66,18 @@ fn cargo(verb: &str, board: &str, features: &str) -> Outcome<Command> {
     if !shell::is_watched() {
         words.push("--quiet");
     }
-    Ok(core.cargo(&words))
+    let mut command = core.cargo(&words);
+    if let Some(commit) = commit() {
+        command.env("PNEUMA_COMMIT", commit);
+    }
+    Ok(command)
+}
+
+/// First digits of the commit that is checked out; none outside of a repository.
+fn commit() -> Option<String> {
+    let digits = shell::output_of(&mut shell::command(
+        "git",
+        &["rev-parse", "--short=8", "HEAD"],
+    ))?;
+    Some(digits.trim().to_owned()).filter(|digits| digits.len() == 8)
 }

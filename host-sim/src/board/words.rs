@@ -1,6 +1,7 @@
 //! A status report in words: the state, the fault with its cause and what to do,
 //! why the board started, what it has counted.
 
+use crate::report::number;
 use firmware::crash::Crash;
 use firmware::fault::{DESCRIPTIONS, Description, Fault, Finding};
 use firmware::start::ResetCause;
@@ -111,6 +112,7 @@ pub fn lines(status: &Status) -> Vec<String> {
     } else {
         "settings: of this rig".to_owned()
     });
+    lines.extend(program(status));
     let counted = &status.counters;
     lines.push(format!(
         "since then: {} faults, {} frames dropped, {} samples missed, {} repeated, {} overruns",
@@ -129,10 +131,52 @@ pub fn lines(status: &Status) -> Vec<String> {
     lines
 }
 
+/// Which program a board runs, and what a tick costs there; none of a status that does not say.
+fn program(status: &Status) -> Option<String> {
+    let (program, cost) = (&status.program, &status.tick_cost);
+    let [major, minor, patch] = program.version;
+    let us = |tenths: u16| number::fixed(f64::from(tenths) / 10.0, 1);
+    let commit = match program.commit {
+        0 => String::new(),
+        commit => format!(", commit {commit:08x}"),
+    };
+    let ticks = match cost.worst_100ns {
+        0 => String::new(),
+        worst => format!(
+            "; a tick takes {} us in the mean, {} us at the most",
+            us(cost.mean_100ns),
+            us(worst)
+        ),
+    };
+    let is_known = program.version != [0; 3] || program.commit != 0;
+    is_known.then(|| format!("firmware {major}.{minor}.{patch}{commit}{ticks}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use firmware::fault::Channel;
+
+    #[test]
+    fn val_a_board_says_its_program_and_what_a_tick_costs() {
+        let mut status = firmware::control_task::ControlTask::new(
+            crate::closed_loop::controller(
+                &crate::rig::Rig::read("rigs/paper.toml").expect("a rig"),
+            )
+            .expect("an axis"),
+        )
+        .status(firmware::start::ResetCause::PowerOn, false);
+        assert_eq!(program(&status), None);
+        status.program = firmware::status::Program::of(["0", "1", "2"], Some("8a952d0f"));
+        status.tick_cost.mean_100ns = 776;
+        status.tick_cost.worst_100ns = 856;
+        assert_eq!(
+            program(&status).as_deref(),
+            Some(
+                "firmware 0.1.2, commit 8a952d0f; a tick takes 77.6 us in the mean, 85.6 us at the most"
+            )
+        );
+    }
 
     #[test]
     fn prop_a_crash_has_one_line_that_says_where() {
