@@ -10,6 +10,8 @@ use crate::groups::{Cells, Column, Group};
 use crate::merge;
 use crate::text::Text;
 
+const EVERY: &str = "every column of the rig";
+
 /// The tables' columns that are asked for as one text; without names, the only table.
 pub(crate) fn text(
     groups: Vec<Group>,
@@ -24,8 +26,9 @@ pub(crate) fn text(
         let has_time = time.is_none_or(|name| has_time(group, name));
         has_time && wanted.iter().all(|one| group.find(one.name).is_some())
     };
+    let example = wanted.first().map_or("x", |one| one.name);
     let complete: Vec<usize> = (0..groups.len()).filter(|at| all(&groups[*at])).collect();
-    let Some(place) = the_only(&groups, &complete, "every column of the rig")? else {
+    let Some(place) = the_only(&groups, &complete, (EVERY, example))? else {
         return apart(groups, time, wanted);
     };
     let (columns, remarks) = named(groups, place, time, wanted);
@@ -33,21 +36,20 @@ pub(crate) fn text(
 }
 
 /// The only one of the places, `None` where there is none.
-fn the_only(groups: &[Group], places: &[usize], what: &str) -> Result<Option<usize>, Problem> {
+fn the_only(
+    groups: &[Group],
+    places: &[usize],
+    (what, example): (&str, &str),
+) -> Result<Option<usize>, Problem> {
     if places.len() < 2 {
         return Ok(places.first().copied());
     }
     let shown = |at: &usize| format!("\"{}\" ({} rows)", groups[*at].name, groups[*at].rows());
     let shown: Vec<String> = places.iter().take(5).map(shown).collect();
-    let first = &groups[places[0]];
+    let last = places.last().map_or("", |at| &groups[*at].name);
     Err(Problem::new(
         format!("several tables hold {what}: {}", shown.join(", ")),
-        format!(
-            "the table in the name of the column, such as \"{}{}{}\"",
-            first.name,
-            first.separator,
-            first.columns.first().map_or("x", |column| &column.name)
-        ),
+        format!("the table in the name of each column, such as \"{last}/{example}\""),
     ))
 }
 
@@ -59,13 +61,10 @@ fn apart(groups: Vec<Group>, time: Option<&str>, wanted: &[Wanted<'_>]) -> Resul
         let has = |at: &usize| groups[*at].find(one.name).is_some();
         let places: Vec<usize> = (0..groups.len()).filter(has).collect();
         let what = format!("a column \"{}\"", one.name);
-        sources.extend(the_only(&groups, &places, &what)?);
+        sources.extend(the_only(&groups, &places, (&what, one.name))?);
     }
-    let timed = sources
-        .iter()
-        .all(|at| time.is_some_and(|name| has_time(&groups[*at], name)));
-    if sources.len() == wanted.len() && timed {
-        let time = time.unwrap_or_default();
+    let has_time = |name: &str| groups.iter().any(|group| has_time(group, name));
+    if let Some(time) = time.filter(|name| sources.len() == wanted.len() && has_time(name)) {
         return merge::text(&groups, &sources, time, wanted);
     }
     let found = |group: &Group| {
@@ -80,7 +79,7 @@ fn apart(groups: Vec<Group>, time: Option<&str>, wanted: &[Wanted<'_>]) -> Resul
     Ok(Text::of_columns(columns, remarks))
 }
 
-pub(crate) fn has_time(group: &Group, name: &str) -> bool {
+fn has_time(group: &Group, name: &str) -> bool {
     group.clock.is_some() || group.find(name).is_some()
 }
 

@@ -1,13 +1,14 @@
 //! Parquet and Arrow files, as `parquet` and `arrow-ipc` read them.
 //!
 //! Units and descriptions are those of the fields' metadata (`unit` or `units`, `description`).
-//! Instants become whole numbers of their unit, from which nothing is lost.
+//! Instants become dates with all their digits.
 
 use std::io::Cursor;
+use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::Float64Type;
-use arrow_array::{Array, ArrayRef, RecordBatch};
+use arrow_array::types::{Float64Type, Int64Type};
+use arrow_array::{Array, ArrayRef, RecordBatch, StringArray};
 use arrow_cast::cast;
 use arrow_ipc::reader::FileReader;
 use arrow_schema::{ArrowError, DataType, Field, Schema, TimeUnit};
@@ -43,7 +44,6 @@ fn table(
     }
     Ok(vec![Group {
         name: String::new(),
-        separator: '/',
         columns,
         clock: None,
     }])
@@ -55,27 +55,15 @@ fn empty(field: &Field) -> Column {
         keys.into_iter()
             .find_map(|key| field.metadata().get(key).cloned())
     };
-    let of_instants = |unit: &TimeUnit| match unit {
-        TimeUnit::Second => "s",
-        TimeUnit::Millisecond => "ms",
-        TimeUnit::Microsecond => "us",
-        TimeUnit::Nanosecond => "ns",
-    };
     let kind = field.data_type();
-    let own_unit = match kind {
-        DataType::Timestamp(unit, _) | DataType::Duration(unit) | DataType::Time64(unit) => {
-            Some(of_instants(unit))
-        }
-        _ => None,
-    };
     let is_real = kind.is_numeric() && !kind.is_integer() || *kind == DataType::Boolean;
     let cells = if is_real {
         Cells::Reals(Vec::new())
     } else {
         Cells::Texts(Vec::new())
     };
-    let unit = fact(["unit", "units"]).or(own_unit.map(str::to_owned));
-    Column::new(field.name(), cells).with_facts(unit, fact(["description", "comment"]))
+    let facts = (fact(["unit", "units"]), fact(["description", "comment"]));
+    Column::new(field.name(), cells).with_facts(facts.0, facts.1)
 }
 
 /// Puts the values of a batch below those of the batches before.
@@ -100,17 +88,40 @@ fn extend(cells: &mut Cells, array: &ArrayRef) -> Result<(), String> {
     Ok(())
 }
 
-/// Values as text: whole numbers with all their digits, instants as counts of their unit.
+/// Values as text: whole numbers with all their digits, instants as dates, durations as clock
+/// texts, from which no unit of the file is left.
 fn texts(array: &ArrayRef) -> Result<ArrayRef, ArrowError> {
-    if has_instants(array.data_type()) {
-        return cast(&cast(array, &DataType::Int64)?, &DataType::Utf8);
-    }
-    cast(array, &DataType::Utf8)
+    let per_s = match array.data_type() {
+        DataType::Duration(unit) | DataType::Time32(unit) | DataType::Time64(unit) => match unit {
+            TimeUnit::Second => 1,
+            TimeUnit::Millisecond => 1_000,
+            TimeUnit::Microsecond => 1_000_000,
+            TimeUnit::Nanosecond => 1_000_000_000,
+        },
+        _ => return cast(array, &DataType::Utf8),
+    };
+    let counts = cast(array, &DataType::Int64)?;
+    let counts = counts.as_primitive::<Int64Type>().iter();
+    let texts = counts.map(|count| count.map(|count| clock(count, per_s)));
+    Ok(Arc::new(texts.collect::<StringArray>()))
 }
 
-fn has_instants(kind: &DataType) -> bool {
-    matches!(
-        kind,
-        DataType::Timestamp(..) | DataType::Duration(_) | DataType::Time64(_)
-    )
+/// A duration as hours, minutes and seconds, to a nanosecond.
+fn clock(count: i64, per_s: u64) -> String {
+    let sign = if count < 0 { "-" } else { "" };
+    let (seconds, rest) = (count.unsigned_abs() / per_s, count.unsigned_abs() % per_s);
+    let ns = rest * (1_000_000_000 / per_s);
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    format!("{sign}{hours}:{minutes:02}:{seconds:02}.{ns:09}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clock;
+
+    #[test]
+    fn val_a_duration_is_a_clock_text() {
+        assert_eq!(clock(3_723_000_001, 1_000_000_000), "0:00:03.723000001");
+        assert_eq!(clock(-90_061_500, 1_000), "-25:01:01.500000000");
+    }
 }

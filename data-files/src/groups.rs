@@ -92,8 +92,6 @@ pub struct Clock {
 pub struct Group {
     /// Its name in the file; empty for the only one.
     pub name: String,
-    /// What stands between its name and that of a column.
-    pub separator: char,
     /// Its columns.
     pub columns: Vec<Column>,
     /// Instants of its rows beside the columns.
@@ -106,26 +104,43 @@ impl Group {
         self.columns.first().map_or(0, |column| column.cells.len())
     }
 
-    /// The place of a column of this name, or of this name behind that of the table.
+    /// The place of a column of this name, or of this name behind that of the table, with a point
+    /// or a slash between them.
     pub(crate) fn find(&self, name: &str) -> Option<usize> {
         let own = self.columns.iter().position(|one| one.name.trim() == name);
         own.or_else(|| {
-            let after = name.strip_prefix(self.name.as_str())?;
-            let after = after.strip_prefix(self.separator)?;
-            self.columns.iter().position(|one| one.name.trim() == after)
+            let full = |column: &Column| slashed(&format!("{}/{}", self.name, column.name.trim()));
+            let name = slashed(name);
+            self.columns.iter().position(|one| full(one) == name)
         })
     }
 }
 
+fn slashed(name: &str) -> String {
+    name.replace('.', "/")
+}
+
+/// Tables of one name get a number behind it, so that each can be named.
+pub(crate) fn told_apart(mut groups: Vec<Group>) -> Vec<Group> {
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    for group in &mut groups {
+        let times = seen.entry(group.name.clone()).or_insert(0);
+        *times += 1;
+        if *times > 1 {
+            group.name = format!("{}#{times}", group.name);
+        }
+    }
+    groups
+}
+
 /// Columns of different lengths as tables of one length each, in the order of the file.
-pub(crate) fn by_length(name: &str, separator: char, columns: Vec<Column>) -> Vec<Group> {
+pub(crate) fn by_length(name: &str, columns: Vec<Column>) -> Vec<Group> {
     let mut places: BTreeMap<usize, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();
     for column in columns {
         let place = *places.entry(column.cells.len()).or_insert_with(|| {
             groups.push(Group {
                 name: name.into(),
-                separator,
                 columns: Vec::new(),
                 clock: None,
             });

@@ -32,12 +32,12 @@ fn gather(
     for dataset in &datasets {
         if let Datatype::Compound { .. } = dataset.dtype() {
             let path = below(path, dataset.name());
-            groups.extend(by_length(&path, '/', records(dataset)?));
+            groups.extend(by_length(&path, records(dataset)?));
         } else {
             columns.extend(columns_of(dataset)?);
         }
     }
-    groups.extend(by_length(path, '/', columns));
+    groups.extend(by_length(path, columns));
     // `#refs#` and such are MATLAB's own.
     let own = folders
         .iter()
@@ -66,7 +66,7 @@ fn columns_of(dataset: &Dataset) -> Result<Vec<Column>, String> {
         _ => return Ok(Vec::new()),
     };
     let name = dataset.name().rsplit('/').next().unwrap_or_default();
-    let Some(cells) = cells(dataset)? else {
+    let Some(cells) = cells(dataset)?.map(|cells| scaled(dataset, cells)) else {
         return Ok(Vec::new());
     };
     if cells.len() < 2 {
@@ -79,6 +79,18 @@ fn columns_of(dataset: &Dataset) -> Result<Vec<Column>, String> {
     if is_column {
         return Ok(vec![told(Column::new(name, cells))]);
     }
+    if dataset.attribute("MATLAB_class").is_ok() {
+        // MATLAB writes its columns one after the other, and HDF5 calls them rows.
+        let values = cells.reals();
+        let columns = values.chunks(shape[1].max(1)).enumerate();
+        let number = |(place, column): (usize, &[f64])| {
+            Column::new(
+                format!("{name}(:,{})", place + 1),
+                Cells::Reals(column.to_vec()),
+            )
+        };
+        return Ok(columns.map(number).collect());
+    }
     let columns = columns_of_rows(&cells.reals(), shape[1]);
     let number = |(place, column)| {
         told(Column::new(
@@ -87,6 +99,26 @@ fn columns_of(dataset: &Dataset) -> Result<Vec<Column>, String> {
         ))
     };
     Ok(columns.into_iter().enumerate().map(number).collect())
+}
+
+/// Values as their attributes say what they mean (the conventions of netCDF): `_FillValue` and
+/// `missing_value` are none, `scale_factor` and `add_offset` lead to the unit.
+fn scaled(dataset: &Dataset, cells: Cells) -> Cells {
+    let number = |key: &str| dataset.attribute(key).ok()?.read_as_f64().ok();
+    let missing = [number("_FillValue"), number("missing_value")];
+    let (scale, offset) = (number("scale_factor"), number("add_offset"));
+    if missing == [None; 2] && scale.is_none() && offset.is_none() {
+        return cells;
+    }
+    let value = |raw: f64| {
+        let is_missing = missing
+            .iter()
+            .flatten()
+            .any(|none| none.to_bits() == raw.to_bits());
+        let value = raw * scale.unwrap_or(1.0) + offset.unwrap_or(0.0);
+        if is_missing { f64::NAN } else { value }
+    };
+    Cells::Reals(cells.reals().into_iter().map(value).collect())
 }
 
 fn attribute(dataset: &Dataset, key: &str) -> Option<String> {
@@ -130,14 +162,42 @@ fn records(dataset: &Dataset) -> Result<Vec<Column>, String> {
         let at = field.byte_offset as usize;
         let records = bytes.chunks_exact(*size as usize);
         let values = records.map(|record| number(&field.datatype, record.get(at..)?));
-        let values = values.collect::<Option<Vec<f64>>>()?;
-        Some(Column::new(field.name.clone(), Cells::Reals(values)))
+        let cells = match values.collect::<Option<Vec<Number>>>()? {
+            numbers if numbers.iter().all(|one| matches!(one, Number::Whole(_))) => {
+                Cells::Wholes(numbers.into_iter().map(Number::whole).collect())
+            }
+            numbers => Cells::Reals(numbers.into_iter().map(Number::real).collect()),
+        };
+        Some(Column::new(field.name.clone(), cells))
     };
     Ok(fields.iter().filter_map(column).collect())
 }
 
+/// A number of a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Number {
+    Real(f64),
+    Whole(i64),
+}
+
+impl Number {
+    fn real(self) -> f64 {
+        match self {
+            Self::Real(value) => value,
+            Self::Whole(value) => value as f64,
+        }
+    }
+
+    fn whole(self) -> i64 {
+        match self {
+            Self::Real(value) => value as i64,
+            Self::Whole(value) => value,
+        }
+    }
+}
+
 /// A number that begins with the first of the bytes; `None` for another kind of field.
-fn number(kind: &Datatype, bytes: &[u8]) -> Option<f64> {
+fn number(kind: &Datatype, bytes: &[u8]) -> Option<Number> {
     let (Datatype::FloatingPoint { size, byte_order }
     | Datatype::FixedPoint {
         size, byte_order, ..
@@ -151,18 +211,17 @@ fn number(kind: &Datatype, bytes: &[u8]) -> Option<f64> {
     }
     let is_negative = own.last().is_some_and(|highest| highest & 0x80 != 0);
     match kind {
-        Datatype::FloatingPoint { size: 4, .. } => {
-            Some(f32::from_le_bytes(own.try_into().ok()?).into())
+        Datatype::FloatingPoint { size: 4, .. } => Some(Number::Real(
+            f32::from_le_bytes(own.try_into().ok()?).into(),
+        )),
+        Datatype::FloatingPoint { .. } => {
+            Some(Number::Real(f64::from_le_bytes(own.try_into().ok()?)))
         }
-        Datatype::FloatingPoint { .. } => Some(f64::from_le_bytes(own.try_into().ok()?)),
-        Datatype::FixedPoint { signed, .. } if *signed && is_negative => {
-            own.resize(8, 0xff);
-            Some(i64::from_le_bytes(own.try_into().ok()?) as f64)
+        Datatype::FixedPoint { signed, .. } => {
+            own.resize(8, if *signed && is_negative { 0xff } else { 0 });
+            Some(Number::Whole(i64::from_le_bytes(own.try_into().ok()?)))
         }
-        _ => {
-            own.resize(8, 0);
-            Some(u64::from_le_bytes(own.try_into().ok()?) as f64)
-        }
+        _ => None,
     }
 }
 
@@ -202,7 +261,7 @@ mod tests {
             ),
         ];
         for (kind, bytes, expected) in cases {
-            let read = number(&kind, bytes).map(f64::to_bits);
+            let read = number(&kind, bytes).map(|one| one.real().to_bits());
             assert_eq!(read, Some(expected.to_bits()), "{kind:?}");
         }
         assert_eq!(number(&fixed(4, true, little), &[1, 2]), None);

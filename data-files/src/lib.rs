@@ -146,24 +146,29 @@ pub fn read(kind: Kind, bytes: &[u8]) -> Result<Contents, Problem> {
     apart::read(kind, bytes).map_err(|cause| {
         Problem::new(
             format!("cannot be read as {} {kind}: {cause}", article(kind)),
-            "a whole file of that format; copy it again, or export it as CSV",
+            "a whole file of that format; copy it again, or export it plainly packed or as CSV",
         )
     })
 }
 
 /// Reads a file in this process.
 fn read_here(kind: Kind, bytes: &[u8]) -> Outcome {
-    let reads = || match kind {
-        Kind::Workbook | Kind::OldWorkbook => workbook::read(bytes).map(Contents::Sheets),
-        Kind::Matlab => matlab::read(bytes).map(Contents::Groups),
-        Kind::Hdf5 => hdf5::read(bytes).map(Contents::Groups),
-        Kind::Mdf => mdf::read(bytes).map(Contents::Groups),
-        Kind::Tdms => tdms::read(bytes).map(Contents::Groups),
-        Kind::Parquet => columnar::parquet(bytes).map(Contents::Groups),
-        Kind::Arrow => columnar::arrow(bytes).map(Contents::Groups),
-        Kind::Mcap => mcap_file::read(bytes).map(Contents::Groups),
+    let contents = || {
+        let tables = match kind {
+            Kind::Workbook | Kind::OldWorkbook => {
+                return workbook::read(bytes).map(Contents::Sheets);
+            }
+            Kind::Matlab => matlab::read(bytes),
+            Kind::Hdf5 => hdf5::read(bytes),
+            Kind::Mdf => mdf::read(bytes),
+            Kind::Tdms => tdms::read(bytes),
+            Kind::Parquet => columnar::parquet(bytes),
+            Kind::Arrow => columnar::arrow(bytes),
+            Kind::Mcap => mcap_file::read(bytes),
+        };
+        Ok(Contents::Groups(groups::told_apart(tables?)))
     };
-    quiet::or_panics(reads).unwrap_or_else(|| Err("it is damaged".into()))
+    quiet::or_panics(contents).unwrap_or_else(|| Err("it is damaged".into()))
 }
 
 fn article(kind: Kind) -> &'static str {

@@ -65,7 +65,7 @@ fn gather<'v>(
             _ => {}
         }
     }
-    groups.extend(by_length(name, '.', columns));
+    groups.extend(by_length(name, columns));
     for (own, structure) in structures {
         let name = if name.is_empty() {
             own.into()
@@ -85,14 +85,14 @@ fn columns_of(name: &str, variable: &MatVariable) -> Vec<Column> {
     let [rows, columns] = variable.dim()[..] else {
         return Vec::new();
     };
-    let Some(values) = variable.numeric_type().and_then(reals) else {
+    let Some(cells) = variable.numeric_type().and_then(cells) else {
         return Vec::new();
     };
-    if variable.is_complex() == Some(true) || values.len() != rows * columns || values.len() < 2 {
+    if variable.is_complex() == Some(true) || cells.len() != rows * columns || cells.len() < 2 {
         return Vec::new();
     }
     if rows == 1 || columns == 1 {
-        return vec![Column::new(name, Cells::Reals(values))];
+        return vec![Column::new(name, cells)];
     }
     let number = |(place, column): (usize, &[f64])| {
         Column::new(
@@ -100,12 +100,14 @@ fn columns_of(name: &str, variable: &MatVariable) -> Vec<Column> {
             Cells::Reals(column.to_vec()),
         )
     };
+    let values = cells.reals();
     values.chunks(rows).enumerate().map(number).collect()
 }
 
-fn reals(values: &MatlabType) -> Option<Vec<f64>> {
-    fn all<T: Copy + Into<f64>>(values: &[T]) -> Vec<f64> {
-        values.iter().map(|value| (*value).into()).collect()
+/// The numbers of a variable; whole ones of 64 bits have more digits than a real.
+fn cells(values: &MatlabType) -> Option<Cells> {
+    fn all<T: Copy + Into<f64>>(values: &[T]) -> Cells {
+        Cells::Reals(values.iter().map(|value| (*value).into()).collect())
     }
     Some(match values {
         MatlabType::U8(values) => all(values),
@@ -114,14 +116,14 @@ fn reals(values: &MatlabType) -> Option<Vec<f64>> {
         MatlabType::I16(values) => all(values),
         MatlabType::U32(values) => all(values),
         MatlabType::I32(values) => all(values),
-        MatlabType::U64(values) => values.iter().map(|value| *value as f64).collect(),
-        MatlabType::I64(values) => values.iter().map(|value| *value as f64).collect(),
+        MatlabType::U64(values) => Cells::Texts(values.iter().map(u64::to_string).collect()),
+        MatlabType::I64(values) => Cells::Wholes(values.clone()),
         MatlabType::F32(values) => all(values),
-        MatlabType::F64(values) => values.clone(),
-        MatlabType::BOOL(values) => values
+        MatlabType::F64(values) => Cells::Reals(values.clone()),
+        MatlabType::BOOL(values) => all(&values
             .iter()
-            .map(|value| f64::from(u8::from(*value)))
-            .collect(),
+            .map(|value| u8::from(*value))
+            .collect::<Vec<u8>>()),
         MatlabType::UTF8(_) | MatlabType::UTF16(_) => return None,
     })
 }

@@ -1,7 +1,7 @@
 //! MCAP, as `mcap` reads it: topics of JSON messages.
 //!
-//! A topic is a table, a message a row, a number in it a column (`field/inner`); the log time of the
-//! messages is the clock of the rows.
+//! A topic is a table, a message a row, a value in it a column (`field/inner`), with all its digits;
+//! the log time of the messages is the clock of the rows.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::said;
 /// A topic while it grows.
 #[derive(Default)]
 struct Topic {
-    columns: BTreeMap<String, Vec<f64>>,
+    columns: BTreeMap<String, Vec<String>>,
     log_time_ns: Vec<i64>,
 }
 
@@ -44,11 +44,15 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
             .collect();
         return Err(format!("no topic holds JSON messages: {}", list.join(", ")));
     }
-    Ok(topics.into_iter().map(table).collect())
+    // One origin for all topics: they began at different instants of one clock.
+    let stamps = topics.values().flat_map(|topic| &topic.log_time_ns);
+    let first_ns = stamps.copied().min().unwrap_or(0);
+    let tables = topics.into_iter().map(|topic| table(topic, first_ns));
+    Ok(tables.collect())
 }
 
-/// Puts the numbers of a message into a row.
-fn gather(path: &str, value: &Value, row: usize, columns: &mut BTreeMap<String, Vec<f64>>) {
+/// Puts the values of a message into a row.
+fn gather(path: &str, value: &Value, row: usize, columns: &mut BTreeMap<String, Vec<String>>) {
     let below = |key: &str| {
         if path.is_empty() {
             key.into()
@@ -69,36 +73,36 @@ fn gather(path: &str, value: &Value, row: usize, columns: &mut BTreeMap<String, 
             }
             None
         }
-        Value::Bool(value) => Some(f64::from(u8::from(*value))),
-        other => other.as_f64(),
+        Value::Bool(value) => Some(u8::from(*value).to_string()),
+        Value::Number(number) => Some(number.to_string()),
+        Value::String(text) => Some(text.clone()),
+        Value::Null => None,
     };
     if let Some(number) = number {
         let column = columns.entry(path.into()).or_default();
-        column.resize(row, f64::NAN);
+        column.resize(row, String::new());
         column.push(number);
     }
 }
 
-fn table((name, topic): (String, Topic)) -> Group {
+fn table((name, topic): (String, Topic), first_ns: i64) -> Group {
     let rows = topic.log_time_ns.len();
-    let first = topic.log_time_ns.first().copied().unwrap_or(0);
     let seconds = topic
         .log_time_ns
         .iter()
-        .map(|stamp| (stamp - first) as f64 * 1e-9);
+        .map(|stamp| stamp.saturating_sub(first_ns) as f64 * 1e-9);
     let clock = Clock {
         seconds: seconds.collect(),
-        says: "the log time of the messages since the first".into(),
+        says: "the log time since the file's first message".into(),
     };
     let mut log_time = Column::new("log_time", Cells::Wholes(topic.log_time_ns));
     log_time.unit = Some("ns".into());
     let columns = topic.columns.into_iter().map(|(name, mut values)| {
-        values.resize(rows, f64::NAN);
-        Column::new(name, Cells::Reals(values))
+        values.resize(rows, String::new());
+        Column::new(name, Cells::Texts(values))
     });
     Group {
         name,
-        separator: '/',
         columns: columns.chain([log_time]).collect(),
         clock: Some(clock),
     }

@@ -75,13 +75,12 @@ fn table(index: &MdfIndex, place: usize, blocks: &mut Blocks<'_>) -> Result<Grou
             ));
         }
         let cells = cells(values);
-        let is_seconds = channel
-            .unit
-            .as_deref()
-            .is_none_or(|unit| unit.trim() == "s");
-        if channel.channel_type == MASTER && is_seconds && clock.is_none() {
+        let unit_s = channel.unit.as_deref().and_then(seconds_per);
+        let is_master = channel.channel_type == MASTER && clock.is_none();
+        if let Some(unit_s) = unit_s.filter(|_| is_master) {
+            let instants = cells.reals().into_iter();
             clock = Some(Clock {
-                seconds: cells.reals(),
+                seconds: instants.map(|instant| instant * unit_s).collect(),
                 says: format!("that of the master channel \"{own}\""),
             });
         }
@@ -89,10 +88,20 @@ fn table(index: &MdfIndex, place: usize, blocks: &mut Blocks<'_>) -> Result<Grou
     }
     Ok(Group {
         name,
-        separator: '/',
         columns,
         clock,
     })
+}
+
+/// A unit of time in s; a master may count angles, ways or rows as well.
+fn seconds_per(unit: &str) -> Option<f64> {
+    match unit.trim() {
+        "s" => Some(1.0),
+        "ms" => Some(1e-3),
+        "us" | "µs" => Some(1e-6),
+        "ns" => Some(1e-9),
+        _ => None,
+    }
 }
 
 /// The group's name, or else its comment or number.

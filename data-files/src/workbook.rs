@@ -4,7 +4,7 @@
 
 use std::io::Cursor;
 
-use calamine::{Data, Range, Reader, open_workbook_auto_from_rs};
+use calamine::{Data, Range, Reader, SheetVisible, open_workbook_auto_from_rs};
 use serde::{Deserialize, Serialize};
 
 use crate::asked::Wanted;
@@ -22,7 +22,9 @@ pub struct Sheet {
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Sheet>, String> {
     let mut book = open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(said)?;
-    let names = book.sheet_names();
+    let sheets = book.sheets_metadata().iter();
+    let visible = sheets.filter(|sheet| sheet.visible == SheetVisible::Visible);
+    let names: Vec<String> = visible.map(|sheet| sheet.name.clone()).collect();
     let sheet = |name: String| {
         let range = book.worksheet_range(&name).map_err(said)?;
         let rows = rows(&range);
@@ -43,9 +45,20 @@ fn text_of(cell: &Data) -> String {
     match cell {
         Data::Float(value) => format!("{value:?}"),
         Data::DateTime(stamp) if stamp.is_datetime() => date(stamp),
+        Data::DateTime(duration) => clock(duration.as_f64()),
         Data::Error(error) => format!("{error}"),
         other => other.to_string(),
     }
+}
+
+/// A duration in days as a clock text, to a microsecond.
+fn clock(days: f64) -> String {
+    const US_PER_DAY: f64 = 86_400e6;
+    let us = (days.abs() * US_PER_DAY).round() as u64;
+    let (seconds, us) = (us / 1_000_000, us % 1_000_000);
+    let sign = if days < 0.0 { "-" } else { "" };
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    format!("{sign}{hours}:{minutes:02}:{seconds:02}.{us:06}")
 }
 
 /// A date and time with milliseconds, which is as fine as a workbook's day fractions are.

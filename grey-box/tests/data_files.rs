@@ -133,24 +133,21 @@ fn val_messages_are_rows_of_their_topic_at_their_log_time() {
 }
 
 #[test]
-fn val_instants_in_nanoseconds_lose_nothing() {
-    let stamped = rig(
-        &|column, _| column.into(),
-        "column = \"t_s\", unit = \"ns\"",
-    );
-    let read = assert_same("run-datetime.parquet", &stamped);
-    assert!(
-        read.remarks
-            .iter()
-            .any(|one| one.contains("1772442751000000000"))
-    );
+fn val_dates_count_from_the_first_row_whatever_the_unit() {
+    for unit in ["s", "ns"] {
+        let time = format!("column = \"t_s\", unit = \"{unit}\"");
+        let stamped = rig(&|column, _| column.into(), &time);
+        let read = assert_same("run-datetime.parquet", &stamped);
+        let says = |one: &String| one.contains("2026-03-02T09:12:31");
+        assert!(read.remarks.iter().any(says), "{:?}", read.remarks);
+    }
 }
 
 #[test]
 fn val_positions_of_a_slower_table_lie_between_their_rows_and_pressures_stay() {
     let read = read("run-two-rates.mf4", &plain_rig()).expect("two rates with one clock");
     let text = reference();
-    assert_eq!(read.remarks.len(), 4, "{:?}", read.remarks);
+    assert_eq!(read.remarks.len(), 5, "{:?}", read.remarks);
     // The last rows lie behind the last position.
     let rows = read.len();
     assert_eq!(rows, text.len() - 4);
@@ -196,50 +193,4 @@ fn prop_what_a_file_lacks_is_said_with_the_names_that_it_has() {
         let line = read(name, &wrong).expect_err("another unit").to_string();
         assert!(line.contains("\"s\"") && line.contains("ms"), "{line}");
     }
-}
-
-/// A file that is cut or damaged gives one line, or the very recording where what is damaged is
-/// not read; never another recording, and never a crash.
-#[test]
-fn prop_cut_and_damaged_files_are_refused_in_one_line() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let text = reference();
-    let mut refused = 0;
-    for name in [
-        "run-zstd.parquet",
-        "run-lz4.feather",
-        "run-v5.mat",
-        "run-v7-struct.mat",
-        "run-v73.mat",
-        "run.h5",
-        "run.mf4",
-        "run-transposed.mf4",
-        "run.tdms",
-        "run.xlsx",
-    ] {
-        let whole = std::fs::read(fixture(name)).expect("a fixture");
-        let path = folder.path().join(name);
-        for share in 1..16 {
-            std::fs::write(&path, &whole[..whole.len() * share / 16]).expect("room");
-            match Recording::read(&path, &plain_rig().signals) {
-                Ok(read) => assert_eq!(read.signals, text.signals, "{name} cut at {share}/16"),
-                Err(line) => {
-                    let line = line.to_string();
-                    assert!(!line.contains('\n') && line.len() < 1000, "{line}");
-                    refused += 1;
-                }
-            }
-        }
-        for place in (0..whole.len().min(4096)).step_by(29) {
-            let mut damaged = whole.clone();
-            damaged[place] ^= 0xa5;
-            std::fs::write(&path, &damaged).expect("room");
-            if let Err(line) = Recording::read(&path, &plain_rig().signals) {
-                let line = line.to_string();
-                assert!(!line.contains('\n') && line.len() < 1000, "{line}");
-                refused += 1;
-            }
-        }
-    }
-    assert!(refused > 300, "{refused}");
 }

@@ -136,3 +136,71 @@ fn prop_a_file_that_claims_more_than_memory_holds_is_refused_in_one_line() {
         );
     }
 }
+
+/// A file that is cut or damaged gives one line, or a recording: the very one where it is cut
+/// behind what is read. Never a crash, never more than a line.
+#[test]
+fn prop_cut_and_damaged_files_are_read_or_refused_in_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rig = folder.path().join("rig.toml");
+    fs::write(&rig, RIG).expect("room");
+    let out = folder.path().join("out.csv");
+    let converted = |path: &Path| {
+        let output = pneuma(&[
+            "convert",
+            "--rig",
+            text(&rig),
+            "--out",
+            text(&out),
+            text(path),
+        ]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        match output.status.code() {
+            Some(0) => Some(fs::read(&out).expect("written")),
+            code => {
+                assert_eq!(code, Some(2), "{said}");
+                assert!(
+                    said.starts_with("error: ") && said.lines().count() == 1,
+                    "{said}"
+                );
+                None
+            }
+        }
+    };
+    let mut refused = 0;
+    for name in [
+        "run-zstd.parquet",
+        "run-lz4.feather",
+        "run-v5.mat",
+        "run-v7-struct.mat",
+        "run-v73.mat",
+        "run.h5",
+        "run-transposed.mf4",
+        "run.tdms",
+        "run-zstd.mcap",
+        "run.xlsx",
+    ] {
+        let whole = fs::read(fixture(name)).expect("a fixture");
+        let path = folder.path().join(name);
+        fs::write(&path, &whole).expect("room");
+        let expected = converted(&path);
+        let named_time = name == "run-transposed.mf4" || name == "run-zstd.mcap";
+        assert!(expected.is_some() || named_time, "{name}");
+        for share in (1..16).step_by(2) {
+            fs::write(&path, &whole[..whole.len() * share / 16]).expect("room");
+            let read = converted(&path);
+            assert!(
+                read.is_none() || read == expected,
+                "{name} cut at {share}/16"
+            );
+            refused += u32::from(read.is_none());
+        }
+        for place in (0..whole.len().min(4096)).step_by(97) {
+            let mut damaged = whole.clone();
+            damaged[place] ^= 0xa5;
+            fs::write(&path, &damaged).expect("room");
+            refused += u32::from(converted(&path).is_none());
+        }
+    }
+    assert!(refused > 150, "{refused}");
+}
