@@ -194,3 +194,45 @@ fn prop_what_a_file_lacks_is_said_with_the_names_that_it_has() {
         assert!(line.contains("\"s\"") && line.contains("ms"), "{line}");
     }
 }
+
+#[test]
+fn val_scales_durations_and_tables_of_the_same_instants_are_as_the_file_means_them() {
+    for name in [
+        "run-scaled.h5",
+        "run-durations.xlsx",
+        "run-a-group-each.mf4",
+    ] {
+        assert_same(name, &plain_rig());
+    }
+    // The pressures' table has no time of its own, and as many rows as the one that has.
+    let column = |name: &str, _| match name {
+        "p_a_Pa" | "p_b_Pa" => format!("run.gauges.{name}"),
+        other => format!("run.{other}"),
+    };
+    let nested = rig(&column, "column = \"run.t_s\", unit = \"s\"");
+    assert_same("run-substruct.mat", &nested);
+}
+
+#[test]
+fn val_topics_that_begin_later_count_from_the_same_instant() {
+    let read = read("run-two-topics.mcap", &plain_rig()).expect("two topics with one clock");
+    let text = reference();
+    assert_eq!(read.len(), text.len() - 5);
+    for (signal, values) in &read.signals {
+        assert_eq!(values[..], text.signals[signal][5..], "{signal}");
+    }
+    let says = |one: &String| one.contains("log time");
+    assert!(read.remarks.iter().any(says), "{:?}", read.remarks);
+}
+
+/// What a library would read as other numbers than those that were written.
+#[test]
+fn regress_raw_values_and_stamps_of_tdms_are_refused() {
+    for (name, says) in [
+        ("refused-scale.tdms", "raw values and a scale"),
+        ("refused-stamps.tdms", "absolute stamps"),
+    ] {
+        let line = read(name, &plain_rig()).expect_err("refused").to_string();
+        assert!(line.contains(says), "{line}");
+    }
+}

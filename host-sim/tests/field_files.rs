@@ -715,7 +715,7 @@ const ODD: &[(&str, &str)] = &[
     ),
     (
         "PK\u{3}\u{4}",
-        "run.csv: cannot be read as a workbook: Cannot detect file format, expected a whole file of that format; copy it again, or export it as CSV",
+        "run.csv: cannot be read as a workbook: Cannot detect file format, expected a whole file of that format; copy it again, or export it plainly packed or as CSV",
     ),
     (
         "BZh91AY",

@@ -7,7 +7,9 @@ use crate::rehearsal::Rehearsals;
 use crate::report::Page;
 use crate::rig::Rig;
 use clap::Args;
+use diagnosis::diagnose::search::FIRST_LOOK;
 use diagnosis::diagnose::{Diagnosis, diagnose, summary, words};
+use indicatif::ProgressBar;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -62,7 +64,7 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
         train,
         || Ok::<_, CommandError>(held_out),
         &Rehearsals::all(),
-        &|stage| progress.set_message(stage.to_owned()),
+        &|stage| tell(&progress, stage),
     )?;
     progress.finish_and_clear();
     if let Some(path) = &arguments.json {
@@ -80,6 +82,14 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
     show(&diagnosis, out)?;
     writeln!(out, "{:.1} s", started.elapsed().as_secs_f64())?;
     Ok(())
+}
+
+/// Shows a stage on a terminal; what a first look says stays there.
+fn tell(progress: &ProgressBar, stage: &str) {
+    if stage.contains(FIRST_LOOK) {
+        progress.println(stage);
+    }
+    progress.set_message(stage.to_owned());
 }
 
 /// What a person had better know before minutes of work.

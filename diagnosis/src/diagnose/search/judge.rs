@@ -103,7 +103,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Energy that a model leaves above the noise.
-    fn left(&self, fitted: &Fitted) -> f64 {
+    pub(super) fn left(&self, fitted: &Fitted) -> f64 {
         fitted.energy_above(&self.bench.noise)
     }
 

@@ -142,9 +142,17 @@ pub fn baseline(bench: &Bench<'_>) -> Option<Fitted> {
     bench.fit(&[], Some(&first))
 }
 
+/// How a stage begins that says which effects promise most, long before any is judged.
+pub const FIRST_LOOK: &str = "first look";
+
 /// Searches the effects of one law.
 pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> Outcome {
     let mut judge = Judge::new(bench, baseline);
+    if let Some(promise) = judge.first_look() {
+        progress(&format!(
+            "{FIRST_LOOK}, an effect alone promises to leave of what the refit misses: {promise}"
+        ));
+    }
     progress("each effect alone");
     let singles = judge.singles();
     progress("refitting from the best effects");

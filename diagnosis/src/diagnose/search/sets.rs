@@ -93,6 +93,30 @@ impl Judge<'_> {
         model.energy_above(&self.bench.noise) > prospect::hopeful(self.bench, self.baseline)
     }
 
+    /// Which effects promise most beside the refit, with the part of what it misses that each alone
+    /// would leave: known before anything is fitted. `None` where fits are short.
+    pub(super) fn first_look(&self) -> Option<String> {
+        if !self.tells_by_prospects() {
+            return None;
+        }
+        let missed = self.left(self.baseline);
+        let left = |hope: &Fitted| self.left(hope) / missed;
+        let hopes = self.hopes_beside_refit().iter().flatten();
+        let mut promised: Vec<(f64, &Fitted)> = hopes.map(|hope| (left(hope), hope)).collect();
+        promised.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        let name = |index: &usize| {
+            let candidate = &self.bench.candidates[*index];
+            let form = candidate.form.map(|form| format!(" ({form})"));
+            candidate.effect.replace('-', " ") + &form.unwrap_or_default()
+        };
+        let says = |(left, hope): &(f64, &Fitted)| {
+            let names: Vec<String> = hope.set.iter().map(name).collect();
+            format!("{} {:.0} %", names.join(" with "), 100.0 * left)
+        };
+        let best: Vec<String> = promised.iter().take(PROMISED).map(says).collect();
+        (!best.is_empty()).then(|| best.join(", "))
+    }
+
     /// What each effect alone promises beside the refit, in the order of
     /// [`Self::with_one_effect_more`].
     fn hopes_beside_refit(&self) -> &[Option<Fitted>] {
