@@ -234,6 +234,7 @@ fn weighed(kind: Kind, effect: &str, strength: Strength) -> Materiality {
 }
 
 #[test]
+#[ignore = "long: cargo xtask test --all"]
 fn val_ablation_tells_what_counts() {
     let strong = weighed(Kind::Single, "valve-delay", Strength::Strong);
     assert!(strong.material && strong.energy_ratio > 10.0, "{strong:?}");
