@@ -1,8 +1,7 @@
 //! Which table of a file, and which of its columns.
 //!
-//! A column is asked for by its name, or by `table/name` (`table.name` in a MATLAB file). One table
-//! that has all of them is taken; where several have, or none alone has, the rules of [`crate::merge`]
-//! hold or the file is refused.
+//! A column is asked for by its name, or by `table/name` or `table.name`. One table that has all of them is
+//! taken; where several have, or none alone has, the rules of [`crate::merge`] hold or the file is refused.
 
 use crate::Problem;
 use crate::asked::Wanted;
@@ -74,9 +73,8 @@ fn apart(groups: Vec<Group>, time: Option<&str>, wanted: &[Wanted<'_>]) -> Resul
             .count()
     };
     let fullest = (0..groups.len()).max_by_key(|at| (found(&groups[*at]), groups[*at].rows()));
-    let (columns, mut remarks) = named(groups, fullest.unwrap_or_default(), time, wanted);
-    remarks.clear();
-    Ok(Text::of_columns(columns, remarks))
+    let (columns, _) = named(groups, fullest.unwrap_or_default(), time, wanted);
+    Ok(columns.into())
 }
 
 fn has_time(group: &Group, name: &str) -> bool {

@@ -17,6 +17,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use crate::groups::{Cells, Column, Group};
 use crate::said;
+use crate::text::clock_text;
 
 pub(crate) fn parquet(bytes: &[u8]) -> Result<Vec<Group>, String> {
     let bytes = Bytes::copy_from_slice(bytes);
@@ -102,26 +103,6 @@ fn texts(array: &ArrayRef) -> Result<ArrayRef, ArrowError> {
     };
     let counts = cast(array, &DataType::Int64)?;
     let counts = counts.as_primitive::<Int64Type>().iter();
-    let texts = counts.map(|count| count.map(|count| clock(count, per_s)));
+    let texts = counts.map(|count| count.map(|count| clock_text(count, per_s)));
     Ok(Arc::new(texts.collect::<StringArray>()))
-}
-
-/// A duration as hours, minutes and seconds, to a nanosecond.
-fn clock(count: i64, per_s: u64) -> String {
-    let sign = if count < 0 { "-" } else { "" };
-    let (seconds, rest) = (count.unsigned_abs() / per_s, count.unsigned_abs() % per_s);
-    let ns = rest * (1_000_000_000 / per_s);
-    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    format!("{sign}{hours}:{minutes:02}:{seconds:02}.{ns:09}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::clock;
-
-    #[test]
-    fn val_a_duration_is_a_clock_text() {
-        assert_eq!(clock(3_723_000_001, 1_000_000_000), "0:00:03.723000001");
-        assert_eq!(clock(-90_061_500, 1_000), "-25:01:01.500000000");
-    }
 }

@@ -156,3 +156,21 @@ pub(crate) fn columns_of_rows(values: &[f64], columns: usize) -> Vec<Vec<f64>> {
     let column = |first: usize| values.iter().skip(first).step_by(columns).copied();
     (0..columns).map(|first| column(first).collect()).collect()
 }
+
+/// The columns `name(:,1)`, `name(:,2)`, ... of a matrix that lies column by column, as MATLAB's do.
+pub(crate) fn columns_of_matlab(name: &str, values: &[f64], rows: usize) -> Vec<Column> {
+    let column = |(place, column): (usize, &[f64])| {
+        let name = format!("{name}(:,{})", place + 1);
+        Column::new(name, Cells::Reals(column.to_vec()))
+    };
+    values.chunks(rows.max(1)).enumerate().map(column).collect()
+}
+
+/// A name below a path, which may be empty.
+pub(crate) fn below(path: &str, separator: char, name: &str) -> String {
+    if path.is_empty() {
+        name.into()
+    } else {
+        format!("{path}{separator}{name}")
+    }
+}

@@ -7,7 +7,7 @@
 use hdf5_reader::group::Group as Folder;
 use hdf5_reader::{ByteOrder, CompoundField, Dataset, Datatype, Hdf5File};
 
-use crate::groups::{Cells, Column, Group, by_length, columns_of_rows};
+use crate::groups::{Cells, Column, Group, below, by_length, columns_of_matlab, columns_of_rows};
 use crate::said;
 
 /// A deeper tree is no recording.
@@ -31,7 +31,7 @@ fn gather(
     let mut columns = Vec::new();
     for dataset in &datasets {
         if let Datatype::Compound { .. } = dataset.dtype() {
-            let path = below(path, dataset.name());
+            let path = below(path, '/', own(dataset.name()));
             groups.extend(by_length(&path, records(dataset)?));
         } else {
             columns.extend(columns_of(dataset)?);
@@ -39,22 +39,23 @@ fn gather(
     }
     groups.extend(by_length(path, columns));
     // `#refs#` and such are MATLAB's own.
-    let own = folders
+    let folders = folders
         .iter()
         .filter(|folder| !folder.name().starts_with('#'));
-    for folder in own.filter(|_| depth < DEEPEST) {
-        gather(&below(path, folder.name()), folder, groups, depth + 1)?;
+    for folder in folders.filter(|_| depth < DEEPEST) {
+        gather(
+            &below(path, '/', own(folder.name())),
+            folder,
+            groups,
+            depth + 1,
+        )?;
     }
     Ok(())
 }
 
-fn below(path: &str, name: &str) -> String {
-    let name = name.rsplit('/').next().unwrap_or(name);
-    if path.is_empty() {
-        name.into()
-    } else {
-        format!("{path}/{name}")
-    }
+/// A name without the path that the library may put before it.
+fn own(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
 }
 
 /// The columns of a dataset of numbers.
@@ -65,7 +66,7 @@ fn columns_of(dataset: &Dataset) -> Result<Vec<Column>, String> {
         [rows, columns] => rows == 1 || columns == 1,
         _ => return Ok(Vec::new()),
     };
-    let name = dataset.name().rsplit('/').next().unwrap_or_default();
+    let name = own(dataset.name());
     let Some(cells) = cells(dataset)?.map(|cells| scaled(dataset, cells)) else {
         return Ok(Vec::new());
     };
@@ -81,15 +82,7 @@ fn columns_of(dataset: &Dataset) -> Result<Vec<Column>, String> {
     }
     if dataset.attribute("MATLAB_class").is_ok() {
         // MATLAB writes its columns one after the other, and HDF5 calls them rows.
-        let values = cells.reals();
-        let columns = values.chunks(shape[1].max(1)).enumerate();
-        let number = |(place, column): (usize, &[f64])| {
-            Column::new(
-                format!("{name}(:,{})", place + 1),
-                Cells::Reals(column.to_vec()),
-            )
-        };
-        return Ok(columns.map(number).collect());
+        return Ok(columns_of_matlab(name, &cells.reals(), shape[1]));
     }
     let columns = columns_of_rows(&cells.reals(), shape[1]);
     let number = |(place, column)| {

@@ -5,7 +5,7 @@
 
 use matrw::{MatVariable, MatlabType, load_matfile_from_u8};
 
-use crate::groups::{Cells, Column, Group, by_length};
+use crate::groups::{Cells, Column, Group, below, by_length, columns_of_matlab};
 
 /// The text that begins a file is free; the library knows MATLAB's own.
 const BEGINNING: &[u8] = b"MATLAB 5.0 MAT-file, ";
@@ -67,11 +67,7 @@ fn gather<'v>(
     }
     groups.extend(by_length(name, columns));
     for (own, structure) in structures {
-        let name = if name.is_empty() {
-            own.into()
-        } else {
-            format!("{name}.{own}")
-        };
+        let name = below(name, '.', own);
         let fields = structure.fieldnames();
         let fields = fields
             .iter()
@@ -94,14 +90,7 @@ fn columns_of(name: &str, variable: &MatVariable) -> Vec<Column> {
     if rows == 1 || columns == 1 {
         return vec![Column::new(name, cells)];
     }
-    let number = |(place, column): (usize, &[f64])| {
-        Column::new(
-            format!("{name}(:,{})", place + 1),
-            Cells::Reals(column.to_vec()),
-        )
-    };
-    let values = cells.reals();
-    values.chunks(rows).enumerate().map(number).collect()
+    columns_of_matlab(name, &cells.reals(), rows)
 }
 
 /// The numbers of a variable; whole ones of 64 bits have more digits than a real.

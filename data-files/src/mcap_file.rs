@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use mcap::MessageStream;
 use serde_json::Value;
 
-use crate::groups::{Cells, Clock, Column, Group};
+use crate::groups::{Cells, Clock, Column, Group, below};
 use crate::said;
 
 /// A topic while it grows.
@@ -53,23 +53,16 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
 
 /// Puts the values of a message into a row.
 fn gather(path: &str, value: &Value, row: usize, columns: &mut BTreeMap<String, Vec<String>>) {
-    let below = |key: &str| {
-        if path.is_empty() {
-            key.into()
-        } else {
-            format!("{path}/{key}")
-        }
-    };
     let number = match value {
         Value::Object(fields) => {
             for (key, value) in fields {
-                gather(&below(key), value, row, columns);
+                gather(&below(path, '/', key), value, row, columns);
             }
             None
         }
         Value::Array(items) => {
             for (place, value) in items.iter().enumerate() {
-                gather(&below(&place.to_string()), value, row, columns);
+                gather(&below(path, '/', &place.to_string()), value, row, columns);
             }
             None
         }

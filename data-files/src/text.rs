@@ -64,6 +64,15 @@ fn cell(cells: &Cells, row: usize) -> String {
     }
 }
 
+/// A duration as hours, minutes and seconds, to a nanosecond.
+pub(crate) fn clock_text(count: i64, per_s: u64) -> String {
+    let sign = if count < 0 { "-" } else { "" };
+    let (seconds, rest) = (count.unsigned_abs() / per_s, count.unsigned_abs() % per_s);
+    let ns = rest * (1_000_000_000 / per_s);
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    format!("{sign}{hours}:{minutes:02}:{seconds:02}.{ns:09}")
+}
+
 /// Rows as lines, one at a time.
 struct Lines {
     rows: Box<dyn Iterator<Item = Vec<String>>>,
@@ -107,6 +116,15 @@ mod tests {
         let mut all = String::new();
         text.reader.read_to_string(&mut all).unwrap();
         all
+    }
+
+    #[test]
+    fn val_a_duration_is_a_clock_text() {
+        assert_eq!(
+            clock_text(3_723_000_001, 1_000_000_000),
+            "0:00:03.723000001"
+        );
+        assert_eq!(clock_text(-90_061_500, 1_000), "-25:01:01.500000000");
     }
 
     #[test]

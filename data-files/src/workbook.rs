@@ -8,7 +8,7 @@ use calamine::{Data, Range, Reader, SheetVisible, open_workbook_auto_from_rs};
 use serde::{Deserialize, Serialize};
 
 use crate::asked::Wanted;
-use crate::text::Text;
+use crate::text::{Text, clock_text};
 use crate::{Problem, said};
 
 /// A sheet, cells as text.
@@ -53,12 +53,8 @@ fn text_of(cell: &Data) -> String {
 
 /// A duration in days as a clock text, to a microsecond.
 fn clock(days: f64) -> String {
-    const US_PER_DAY: f64 = 86_400e6;
-    let us = (days.abs() * US_PER_DAY).round() as u64;
-    let (seconds, us) = (us / 1_000_000, us % 1_000_000);
-    let sign = if days < 0.0 { "-" } else { "" };
-    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    format!("{sign}{hours}:{minutes:02}:{seconds:02}.{us:06}")
+    const US_PER_S: u64 = 1_000_000;
+    clock_text((days * 86_400.0 * US_PER_S as f64).round() as i64, US_PER_S)
 }
 
 /// A date and time with milliseconds, which is as fine as a workbook's day fractions are.
