@@ -15,7 +15,7 @@ use crate::effects::friction::{
 };
 use crate::effects::gas::{dead_volume, gas_temperature, variable_heat_transfer, wall_temperature};
 use crate::effects::load::{
-    constant_force, end_cushion, load_backlash, load_compliance, unknown_force,
+    constant_force, end_cushion, force_equation, load_backlash, load_compliance, unknown_force,
 };
 use crate::rig::{ChamberModel, Exhausts, FeedsAWhen, PositionZero, Rig, STANDARD_PRESSURE_PA};
 pub use crate::side::Side;
@@ -406,6 +406,7 @@ impl<R: Real> Values<'_, R> {
             load: self.load_coupling(),
             elastic_buffer: self.elastic_buffer(),
             unknown_force: unknown_force::law(self),
+            force_equation: force_equation::law(self),
         }
     }
 

@@ -46,6 +46,8 @@ pub struct CarriageState<R> {
     pub friction_n: R,
     /// How far stiction has grown by standing, 0 to 1.
     pub contact_age: R,
+    /// How far a force that trails behind the motion has come, -1 to 1.
+    pub trail: R,
     /// The load behind its spring.
     pub load: LoadState<R>,
 }
@@ -60,6 +62,7 @@ impl<R: Real> CarriageState<R> {
             deflection_m: R::ZERO,
             friction_n: R::ZERO,
             contact_age: R::ZERO,
+            trail: R::ZERO,
             load: LoadState::RIGID,
         }
     }
@@ -85,7 +88,16 @@ impl<R: Real> Carriage<R> {
     pub fn unknown_force_n(&self, position_m: R, velocity_m_per_s: R) -> R {
         match &self.effects {
             None => R::ZERO,
-            Some(effects) => effects.unknown_force.force_n(position_m, velocity_m_per_s),
+            Some(effects) => effects.unnamed_force_n(position_m, velocity_m_per_s),
+        }
+    }
+
+    /// The force that trails behind the motion, against +x, N.
+    #[inline]
+    pub fn trailing_force_n(&self, state: &CarriageState<R>) -> R {
+        match &self.effects {
+            None => R::ZERO,
+            Some(effects) => effects.force_equation.trailing_n * state.trail,
         }
     }
 
@@ -205,6 +217,7 @@ impl<R: Real> Carriage<R> {
         let half_s = dt_s * R::from_f64(0.5);
         let (position, velocity) = (before.position_m.value, before.velocity_m_per_s);
         let ahead_m = before.ahead_m(dt_s);
+        let equation = &effects.force_equation;
         let acting = |velocity_m_per_s, deflection_m| {
             let middle = CarriageState {
                 position_m: Compensated::new(ahead_m),
@@ -213,9 +226,14 @@ impl<R: Real> Carriage<R> {
                 contact_age: effects.contact_age(before.contact_age, velocity_m_per_s, half_s),
                 ..before
             };
+            let mut levels = effects.levels(*levels, &self.bristle, &middle);
+            levels.viscous_n_s_per_m += equation.drag_n_s_per_m(velocity_m_per_s);
             Acting {
-                levels: effects.levels(*levels, &self.bristle, &middle),
-                drive_n: drive_n - effects.unknown_force.force_n(ahead_m, velocity_m_per_s),
+                levels,
+                drive_n: drive_n
+                    - effects.unknown_force.force_n(ahead_m, velocity_m_per_s)
+                    - equation.of_place_n(ahead_m)
+                    - equation.trailing_n * equation.trail(before.trail, half_s * velocity_m_per_s),
             }
         };
         let buffer = effects.elastic_buffer.reaction(position, velocity, dt_s);
@@ -237,6 +255,7 @@ impl<R: Real> Carriage<R> {
         };
         let middle_m_per_s = out.middle_velocity_m_per_s;
         state.contact_age = effects.contact_age(before.contact_age, middle_m_per_s, dt_s);
+        state.trail = equation.trail(before.trail, dt_s * middle_m_per_s);
         out
     }
 }

@@ -6,8 +6,8 @@
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
 use model_core::left_out::{
-    CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, ForceVariable,
-    LoadCoupling, PositionDependentFriction,
+    CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, ForceEquation,
+    ForceVariable, LoadCoupling, PositionDependentFriction,
 };
 use model_core::paper;
 use model_core::real::{Dual, Real};
@@ -307,26 +307,121 @@ fn prop_a_carriage_that_sticks_is_at_rest_after_20_steps() {
     }
 }
 
-#[test]
-fn val_steps_converge_with_every_effect() {
-    let all = with(everything);
-    // A smooth drive without stops; contact of load and buffers comes within steps.
+/// The place after 0.2 s under a smooth drive without stops, less that of very short steps, m, for
+/// steps of 0.8 ms and shorter.
+fn errors_of_steps(carriage: &Carriage<f64>) -> [f64; 5] {
     let end = |dt_s: f64| {
         let levels = paper::friction_levels::<f64>();
         let mut state = CarriageState::new(0.0, 0.0);
         for step in 0..(0.2 / dt_s).round() as u32 {
             let drive = 90.0 * (TAU * 2.0 * (f64::from(step) + 0.5) * dt_s).sin();
-            all.step(&mut state, &levels, drive, dt_s);
+            carriage.step(&mut state, &levels, drive, dt_s);
         }
         state.position_m.value
     };
     let exact = end(1e-6);
     let errors = [8e-4, 4e-4, 2e-4, 1e-4, 5e-5].map(|dt_s| (end(dt_s) - exact).abs());
     println!("errors {errors:?}");
+    errors
+}
+
+#[test]
+fn val_steps_converge_with_a_force_equation() {
+    let errors = errors_of_steps(&with(|effects| effects.force_equation = equation()));
+    assert!(errors[0] < 1.2e-6, "{} m at 0.8 ms", errors[0]);
+    assert!(errors[4] < errors[0] / 150.0);
+}
+
+#[test]
+fn val_steps_converge_with_every_effect() {
+    // Contact of load and buffers comes within steps.
+    let errors = errors_of_steps(&with(|effects| {
+        everything(effects);
+        effects.force_equation = ForceEquation::neutral();
+    }));
     // Where in a step the play closes is as good as drawn by lot: less than order 2 is seen,
     // and more than the factor of 16 that order 1 gives.
     assert!(errors[0] < 1.2e-6, "{} m at 0.8 ms", errors[0]);
     assert!(errors[4] < errors[0] / 30.0);
+}
+
+/// A frictionless carriage with a force equation.
+fn under(equation: ForceEquation<f64>) -> (Carriage<f64>, FrictionLevels<f64>) {
+    frictionless(with(|effects| effects.force_equation = equation))
+}
+
+/// On its spring it swings with the period 2 pi sqrt(m / k) about the rest.
+#[test]
+fn val_a_spring_s_period_is_that_of_its_mass() {
+    let (carriage, levels) = under(ForceEquation {
+        spring_n_per_m: 200.0,
+        rest_m: 0.05,
+        ..ForceEquation::neutral()
+    });
+    let period_s = TAU * (carriage.mass_kg / 200.0).sqrt();
+    let mut state = CarriageState::new(0.15, 0.0);
+    let dt_s = period_s / 4000.0;
+    for _ in 0..2000 {
+        carriage.step(&mut state, &levels, 0.0, dt_s);
+    }
+    assert!((state.position_m.value + 0.05).abs() < 1e-4, "{state:?}");
+    assert!(state.velocity_m_per_s.abs() < 1e-3, "{state:?}");
+}
+
+/// Under a constant force it nears sqrt(F / d) as v = v1 tanh(t v1 d / m), in steps of a
+/// millisecond and of many times its time constant.
+#[test]
+fn val_drag_ends_at_its_terminal_speed() {
+    let (carriage, levels) = under(ForceEquation {
+        drag_n_s2_per_m2: 40.0,
+        ..ForceEquation::neutral()
+    });
+    let mut state = CarriageState::new(0.0, 0.0);
+    for step in 1..=1000 {
+        carriage.step(&mut state, &levels, 10.0, 1e-4);
+        if step == 500 {
+            let expected = 0.5 * (0.05 * 0.5 * 40.0 / carriage.mass_kg).tanh();
+            assert!(
+                (state.velocity_m_per_s - expected).abs() < 1e-3,
+                "{state:?}"
+            );
+        }
+    }
+    let mut state = CarriageState::new(0.0, 300.0);
+    for _ in 0..2000 {
+        carriage.step(&mut state, &levels, 10.0, 1e-2);
+        assert!(state.velocity_m_per_s.abs() <= 300.0);
+    }
+    assert!((state.velocity_m_per_s - 0.5).abs() < 1e-3, "{state:?}");
+}
+
+/// What trails is pulled along: a carriage that is pushed once comes to rest short of where it
+/// stood, and the work that is missing went into the way there and back.
+#[test]
+fn prop_what_trails_takes_energy() {
+    let (carriage, levels) = under(ForceEquation {
+        trailing_n: 5.0,
+        path_m: 0.01,
+        spring_n_per_m: 100.0,
+        ..ForceEquation::neutral()
+    });
+    let mut state = CarriageState::new(0.2, 0.0);
+    let mut highest_j = f64::INFINITY;
+    for round in 0..40 {
+        let mut most_j = 0.0_f64;
+        for _ in 0..500 {
+            carriage.step(&mut state, &levels, 0.0, 1e-3);
+            let speed = state.velocity_m_per_s;
+            let of_spring_j = 50.0 * state.position_m.value.powi(2);
+            most_j = most_j.max(0.5 * carriage.mass_kg * speed * speed + of_spring_j);
+        }
+        assert!(
+            most_j <= highest_j * 1.001 || most_j < 0.05,
+            "{most_j} J in round {round}"
+        );
+        highest_j = most_j;
+    }
+    assert!(highest_j < 0.1, "{highest_j} J are left");
 }
 
 fn everything<R: Real>(effects: &mut CarriageEffects<R>) {
@@ -351,6 +446,22 @@ fn everything<R: Real>(effects: &mut CarriageEffects<R>) {
     effects.elastic_buffer = buffers(0.03, 2e4, 80.0);
     effects.unknown_force.over = ForceVariable::Velocity;
     effects.unknown_force.at_knot_n[5] = R::from_f64(2.0);
+    effects.force_equation = equation();
+}
+
+fn equation<R: Real>() -> ForceEquation<R> {
+    let number = R::from_f64;
+    ForceEquation {
+        spring_n_per_m: number(150.0),
+        stiffening_n_per_m3: number(2e4),
+        rest_m: number(0.01),
+        drag_n_s2_per_m2: number(30.0),
+        sine_n: number(3.0),
+        cosine_n: number(-2.0),
+        pitch_m: number(0.05),
+        trailing_n: number(6.0),
+        path_m: number(0.01),
+    }
 }
 
 /// Largest friction while the force rises slowly after a dwell, the age of the
@@ -463,7 +574,7 @@ fn val_buffers_carry_the_drive_at_rest_and_give_no_energy() {
 /// A function that names one parameter of the effects.
 type Parameter<R> = fn(&mut CarriageEffects<R>) -> &mut R;
 
-fn parameters<R: Real>() -> [Parameter<R>; 16] {
+fn parameters<R: Real>() -> [Parameter<R>; 25] {
     [
         |e| &mut e.position_friction.cosine,
         |e| &mut e.position_friction.sine,
@@ -481,6 +592,15 @@ fn parameters<R: Real>() -> [Parameter<R>; 16] {
         |e| &mut e.elastic_buffer.stiffness_n_per_m,
         |e| &mut e.elastic_buffer.damping_n_s_per_m,
         |e| &mut e.unknown_force.at_knot_n[5],
+        |e| &mut e.force_equation.spring_n_per_m,
+        |e| &mut e.force_equation.stiffening_n_per_m3,
+        |e| &mut e.force_equation.rest_m,
+        |e| &mut e.force_equation.drag_n_s2_per_m2,
+        |e| &mut e.force_equation.sine_n,
+        |e| &mut e.force_equation.cosine_n,
+        |e| &mut e.force_equation.pitch_m,
+        |e| &mut e.force_equation.trailing_n,
+        |e| &mut e.force_equation.path_m,
     ]
 }
 

@@ -8,8 +8,8 @@ use host_sim::rig::Rig;
 use model_core::axis::{Axis, AxisInputs, AxisState, CommandPath};
 use model_core::chamber::ThermalModel;
 use model_core::left_out::{
-    CarriageEffects, ChamberLeakage, ElasticBuffer, FrictionTerms, LoadCoupling, SlewLimit,
-    SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
+    CarriageEffects, ChamberLeakage, ElasticBuffer, ForceEquation, FrictionTerms, LoadCoupling,
+    SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
 };
 use model_core::paper;
 use model_core::real::{Dual, Real};
@@ -287,6 +287,15 @@ const SWITCHES: &[Switch] = &[
     }),
     ("unknown force", |axis| {
         effects(axis, |e| e.unknown_force.at_knot_n[4] = 1.0);
+    }),
+    ("force equation", |axis| {
+        effects(axis, |e| {
+            e.force_equation = ForceEquation {
+                drag_n_s2_per_m2: 10.0,
+                trailing_n: 1.0,
+                ..ForceEquation::neutral()
+            };
+        });
     }),
 ];
 

@@ -10,7 +10,7 @@ use truth_plant::plant::Start;
 use truth_plant::plant::friction::{Dwell, Presliding, Surroundings};
 use truth_plant::plant::gas::{FlowShape, Node, PAPER_DISCHARGE};
 use truth_plant::plant::line::Line;
-use truth_plant::plant::mechanics::{Mechanics, MotionState, Push};
+use truth_plant::plant::mechanics::{Cogging, Mechanics, MotionState, Push, Spring};
 use truth_plant::plant::network::{Motion, Network};
 use truth_plant::plant::valve::{Paths, Play, Spool};
 
@@ -417,4 +417,52 @@ fn val_delay_and_play_do_what_they_say() {
     let down_v = plant.spool_v();
     close(up_v, 5.9, 1e-3);
     close(down_v, 5.6, 1e-3);
+}
+
+/// Against a spring and teeth the energy that the motion loses is theirs, and a force that grows
+/// with time gives its impulse; friction takes next to nothing.
+#[test]
+fn val_forces_of_place_keep_the_energy_and_a_drift_gives_its_impulse() {
+    let mut mechanics = carriage(Presliding::LuGre);
+    let friction = &mut mechanics.friction;
+    (friction.coulomb_n, friction.static_n) = (1e-9, 1e-9);
+    (friction.viscous_n_s_per_m, friction.damping_n_s_per_m) = (0.0, 0.0);
+    let drifting = Mechanics {
+        drift_n_per_s: -3.0,
+        ..mechanics.clone()
+    };
+    let spring = Spring {
+        n_per_m: 40.0,
+        n_per_m3: 3e3,
+        rest_m: 0.02,
+    };
+    let cogging = Cogging {
+        force_n: 4.0,
+        pitch_m: 0.03,
+        phase_rad: 0.7,
+    };
+    mechanics.spring = Some(spring);
+    mechanics.cogging = Some(cogging);
+    let energy_j = |state: &MotionState| {
+        let way_m = state.position_m - spring.rest_m;
+        let of_spring =
+            0.5 * spring.n_per_m * way_m.powi(2) + 0.25 * spring.n_per_m3 * way_m.powi(4);
+        let turns = std::f64::consts::TAU * state.position_m / cogging.pitch_m + cogging.phase_rad;
+        let of_teeth = -cogging.force_n * cogging.pitch_m / std::f64::consts::TAU * turns.cos();
+        let of_motion = 0.5 * mechanics.mass_kg * state.speed_m_per_s.powi(2);
+        of_motion + of_spring + of_teeth
+    };
+    let after = |mechanics: &Mechanics, seconds: f64| {
+        let mut state = mechanics.at_rest(0.1);
+        for step in 0..(seconds / DT_S).round() as u32 {
+            state = mechanics.advance(&state, &pushed(0.0), f64::from(step) * DT_S, DT_S);
+        }
+        state
+    };
+    let begun_j = energy_j(&mechanics.at_rest(0.1));
+    let (ended, drifted) = (after(&mechanics, 1.3), after(&drifting, 0.2));
+    assert!(ended.speed_m_per_s.abs() > 0.05, "{ended:?}");
+    assert!((energy_j(&ended) / begun_j - 1.0).abs() < 1e-3, "{ended:?}");
+    // 3 N/s over 0.2 s are 0.06 N s.
+    close(drifted.speed_m_per_s, 0.06 / mechanics.mass_kg, 1e-4);
 }

@@ -9,6 +9,8 @@ use std::fs;
 struct Trial {
     part: Part,
     nature: &'static str,
+    /// Cases of this kind only.
+    kind: Option<&'static str>,
     /// The plan's seed. Cases of seeds 1 to 30 were looked at while the diagnosis was
     /// written; those of these were not.
     seed: &'static str,
@@ -18,13 +20,14 @@ struct Trial {
     folder: &'static str,
 }
 
-const TRIALS: [Trial; 2] = [
+const TRIALS: [Trial; 3] = [
     Trial {
         part: Part {
             name: "concealed trial",
             task: "cargo xtask trial",
         },
         nature: "laboratory",
+        kind: None,
         seed: "31",
         cases: "200",
         folder: "out/trial",
@@ -35,29 +38,48 @@ const TRIALS: [Trial; 2] = [
             task: "cargo xtask trial --shop-floor",
         },
         nature: "shop-floor",
+        kind: None,
         seed: "1042",
         cases: "36",
         folder: "out/trial-shop-floor",
     },
+    Trial {
+        part: Part {
+            name: "effects of no list",
+            task: "cargo xtask trial --unlisted",
+        },
+        nature: "laboratory",
+        kind: Some("off-list"),
+        seed: "2001",
+        // Every effect of no list at every strength once.
+        cases: "33",
+        folder: "out/trial-unlisted",
+    },
 ];
 
-/// The task `trial`: `--shop-floor` for rigs that lie outside of what their files can say; a number
-/// for how many cases.
+/// The task `trial`: `--shop-floor` for rigs that lie outside of what their files can say, `--unlisted`
+/// for effects of no list; a number for how many cases.
 pub fn run(options: &[String]) -> Outcome {
-    let [laboratory, shop_floor] = &TRIALS;
+    let [laboratory, shop_floor, unlisted] = &TRIALS;
     let options: Vec<&str> = options.iter().map(String::as_str).collect();
     let (trial, cases) = match options[..] {
         [] => (laboratory, laboratory.cases),
         ["--shop-floor"] => (shop_floor, shop_floor.cases),
         ["--shop-floor", cases] => (shop_floor, cases),
+        ["--unlisted"] => (unlisted, unlisted.cases),
+        ["--unlisted", cases] => (unlisted, cases),
         [cases] => (laboratory, cases),
-        _ => return Err("trial: expected [--shop-floor] [CASES]".into()),
+        _ => return Err("trial: expected [--shop-floor | --unlisted] [CASES]".into()),
     };
     let folder = shell::root().join(trial.folder);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let announced = format!(
-        "`pneuma trial --nature {} --cases {cases} --seed {}`, commit {}.",
+        "`pneuma trial --nature {}{} --cases {cases} --seed {}`, commit {}.",
         trial.nature,
+        trial
+            .kind
+            .map(|kind| format!(" --kind {kind}"))
+            .unwrap_or_default(),
         trial.seed,
         generated::commit()
     );
@@ -67,6 +89,9 @@ pub fn run(options: &[String]) -> Outcome {
     let mut pneuma = cargo(&["run", "--quiet", "-p", "host-sim", "--bin", "pneuma"]);
     pneuma.args(["--", "trial", "--nature", trial.nature]);
     pneuma.args(["--cases", cases, "--seed", trial.seed]);
+    if let Some(kind) = trial.kind {
+        pneuma.args(["--kind", kind]);
+    }
     for (option, file) in [
         ("--json", "scorecard.json"),
         ("--report", "scorecard.html"),

@@ -1,12 +1,14 @@
 //! From the diagnosis of each law to one verdict and one improved rig.
 
 use super::candidates::{Candidate, TIMES_OF_SENSORS};
+use super::equation::{Equation, Term};
 use super::fitted::Fitted;
 use super::proof::{self, Run, pooled};
 use super::search::Evidence;
+use super::unknown_term::Stand;
 use super::verdict::{
-    Effect, Estimate, Figures, Fit, FitFigures, Kind, Located, Parameter, Ranked, UnknownTerm,
-    Verdict,
+    Effect, Estimate, Figures, Fit, FitFigures, Kind, Located, Parameter, Ranked, SaidEquation,
+    UnknownTerm, Verdict,
 };
 use super::words::{self, Size};
 use super::{LawDiagnosis, Model, Refuted, knowability, locate, shown, unknown_term};
@@ -312,10 +314,7 @@ fn located(
 /// A place that shows only through an effect that was named there.
 fn implied(law: &LawDiagnosis, index: usize, place: &str, train: &[Recording]) -> Located {
     let (share, found_through) = match &law.term {
-        Some(term) => (
-            term.explained(),
-            format!("{}, as tabled", term.shape.phrase()),
-        ),
+        Some(term) => (term.explained(), term.stand.phrase()),
         None => {
             let mut evidence = law.evidence.iter();
             let own = evidence.find(|evidence| evidence.candidate == index);
@@ -419,43 +418,87 @@ fn unknown_term(laws: &[LawDiagnosis]) -> Option<UnknownTerm> {
         |input: &locate::Located| format!("requires another {}: {}", input.quantity, input.when);
     let Some(term) = &law.term else {
         let expression = law.input.as_ref().map_or(located.when.clone(), ask);
-        return as_tabled(located, expression);
+        return as_tabled(
+            located,
+            with_equation(expression, law),
+            law.equation.as_ref(),
+        );
     };
-    let phrase = term.shape.phrase();
+    let phrase = term.stand.phrase();
     let left = percent(1.0 - term.share);
     // An input that is left beside a table explains more.
     let (place, expression) = match &law.input {
         Some(input) => (
             input.place,
             format!(
-                "{}; {phrase}, as a table, reduces it to {left} in data that were not fitted",
+                "{}; {phrase}, reduces it to {left} in data that were not fitted",
                 ask(input)
             ),
         ),
         None => (
-            term.shape.place(),
+            term.stand.place(),
             format!(
-                "is described by {phrase}, a table that reduces it to {left} in data that were not fitted"
+                "is described by {phrase}, which reduces it to {left} in data that were not fitted"
             ),
         ),
     };
-    Some(UnknownTerm {
+    let tabled = match &term.stand {
+        Stand::Table(shape) => UnknownTerm {
+            place: place.into(),
+            of: vec![shape.variable().0.into()],
+            expression,
+            unit: shape.quantity().1.into(),
+            table: unknown_term::table(*shape, &law.candidates[term.candidate], &law.improved),
+            equation: None,
+        },
+        Stand::Equation(equation) => of_equation(equation, place, expression),
+    };
+    Some(tabled)
+}
+
+/// An expression, and the equation of a law.
+fn with_equation(expression: String, law: &LawDiagnosis) -> String {
+    match &law.equation {
+        None => expression,
+        Some(equation) => format!(
+            "{expression}; {} explains {} of it in data that were not fitted",
+            equation.text(),
+            percent(equation.share)
+        ),
+    }
+}
+
+/// What an equation describes; its table is the course of its first term.
+fn of_equation(equation: &Equation, place: &str, expression: String) -> UnknownTerm {
+    let course = equation.terms.first().map(Term::course);
+    let points = course.into_iter().flatten();
+    UnknownTerm {
         place: place.into(),
-        of: vec![term.shape.variable().0.into()],
+        of: equation
+            .variables()
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
         expression,
-        unit: term.shape.quantity().1.into(),
-        table: unknown_term::table(term.shape, &law.candidates[term.candidate], &law.improved),
-    })
+        unit: equation.unit.into(),
+        table: points.map(|(at, value)| (at, value, 0.0)).collect(),
+        equation: Some(SaidEquation::of(equation)),
+    }
 }
 
 /// What is located, as a table over the variable that explains most of it.
-fn as_tabled(located: &locate::Located, expression: String) -> Option<UnknownTerm> {
+fn as_tabled(
+    located: &locate::Located,
+    expression: String,
+    equation: Option<&Equation>,
+) -> Option<UnknownTerm> {
     let variable = located.variables.first()?;
     Some(UnknownTerm {
         place: located.place.into(),
         of: vec![variable.name.into()],
         expression,
         unit: located.quantity_unit.into(),
+        equation: equation.map(SaidEquation::of),
         table: variable
             .bins
             .iter()
@@ -469,6 +512,7 @@ fn term_of_velocity(velocity: &locate::Located) -> Option<UnknownTerm> {
     as_tabled(
         velocity,
         format!("{}: {}", velocity.quantity, velocity.when),
+        None,
     )
 }
 
@@ -856,7 +900,7 @@ fn lost_commands_note(law: &LawDiagnosis) -> Option<String> {
 /// The named effects of a law, or its table, in words.
 pub fn what_was_put_in(law: &LawDiagnosis) -> String {
     if let Some(term) = &law.term {
-        return format!("{}, as tabled", term.shape.phrase());
+        return term.stand.phrase();
     }
     let named = named(std::slice::from_ref(law), law);
     if named.is_empty() {

@@ -18,6 +18,7 @@ mod between_rows;
 mod break_aways;
 pub mod candidates;
 mod draws;
+pub mod equation;
 pub mod fitted;
 mod fold_squares;
 mod friction_wave;
@@ -34,6 +35,8 @@ pub mod locate;
 mod located;
 mod loose_load;
 mod misfit;
+mod missing_force;
+mod missing_input;
 pub mod next_experiment;
 pub mod noise;
 mod null;
@@ -76,6 +79,7 @@ use crate::rig::Rig;
 use crate::valve_flow::{self, ValveFlow};
 use candidates::{Candidate, candidates};
 use draws::Doubts;
+use equation::Equation;
 use fitted::{Bench, Fitted};
 use known::Known;
 use limits::Limit;
@@ -148,6 +152,8 @@ pub struct LawDiagnosis {
     pub break_aways: Vec<BreakAway>,
     /// The input that would explain what the chambers' baseline misses.
     pub input: Option<Located>,
+    /// What the law misses as an equation that its model does not hold.
+    pub equation: Option<Equation>,
     /// What commands lost between the rows would leave, over what the baseline misses.
     pub lost_commands: Option<f64>,
     /// Whether the refitted baseline misses something that can be trusted to show it.
@@ -241,7 +247,7 @@ impl LawDiagnosis {
         outputs.iter().enumerate().map(of_output).collect()
     }
 
-    /// What the chambers would explain by one input, if no effect does.
+    /// What the chambers would explain by one input, or the forces by an equation, if no effect does.
     fn ask_for_input(&mut self, bench: &Bench<'_>) {
         let found = unknown_input::find(bench, &self.baseline);
         // What a table explains needs no input that explains less.
@@ -249,8 +255,24 @@ impl LawDiagnosis {
             .term
             .as_ref()
             .map_or(0.0, unknown_term::Term::explained);
-        self.input = found.filter(|input| input.share > tabled);
+        let found = found.filter(|found| found.located.share > tabled);
+        (self.input, self.equation) = match found {
+            Some(found) => (Some(found.located), found.equation),
+            None => (None, self.force_equation(bench)),
+        };
         self.lost_commands = between_rows::share(bench, &self.baseline);
+    }
+
+    /// The equation of a force that the model has no place for.
+    fn force_equation(&self, bench: &Bench<'_>) -> Option<Equation> {
+        let is_in_model = self
+            .term
+            .as_ref()
+            .is_some_and(unknown_term::Term::is_equation);
+        if is_in_model {
+            return None;
+        }
+        missing_force::equation(bench, &self.baseline)
     }
 
     /// The same of a law whose effects were taken back.
@@ -756,8 +778,7 @@ fn written(
         Frozen::new(full, baseline),
         Frozen::new(full, &settled.improved),
     ];
-    let missed = full.misses_plainly(baseline);
-    let is_unsound = full.is_unsound(baseline);
+    let (missed, is_unsound) = (full.misses_plainly(baseline), full.is_unsound(baseline));
     let shown = shown(full, law, baseline);
     let located = missed.then(|| {
         let misfits = locate::locate(law, full.rig, full.tracks, &shown.residuals);
@@ -768,6 +789,7 @@ fn written(
         located: located.unwrap_or_default(),
         break_aways: break_aways(full, baseline, &settled.improved),
         input: None,
+        equation: None,
         lost_commands: None,
         missed,
         is_unsound,
@@ -1023,7 +1045,7 @@ mod tests {
         law.evidence.iter_mut().for_each(|one| one.accepted = false);
         law.term = Some(unknown_term::Term {
             candidate: 0,
-            shape: unknown_term::Shape::ForceOverVelocity,
+            stand: unknown_term::Stand::Table(unknown_term::Shape::ForceOverVelocity),
             share: 0.9,
         });
         law.of_effects = Some(Box::new(found()));

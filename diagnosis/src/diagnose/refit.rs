@@ -4,6 +4,7 @@
 //! what a diagnosis would see of the change.
 
 use super::fitted::{Bench, Fitted};
+use crate::fit::Prior;
 use crate::fit::law_problem::{Columns, LawProblem};
 use nalgebra::{DMatrix, DVector};
 
@@ -19,6 +20,10 @@ pub(super) struct Refit<'a> {
     /// By recording and by parameter that acts on it: its place, and the slopes.
     slopes: Vec<Vec<(usize, Columns)>>,
     inverse_curvature: DMatrix<f64>,
+    /// Towards what the engineer stated.
+    pull_of_priors: DVector<f64>,
+    /// The inverse square of each prior's deviation; 0 where there is none.
+    priors: DVector<f64>,
     /// The size of a residual, by output.
     sigma: Vec<f64>,
 }
@@ -26,20 +31,27 @@ pub(super) struct Refit<'a> {
 impl<'a> Refit<'a> {
     /// A model whose residuals are weighed by this size, by output.
     pub(super) fn new(bench: &'a Bench<'a>, model: &'a Fitted, sigma: Vec<f64>) -> Self {
-        let (slopes, predicted, prior) = bench.with_model(model, |problem| {
+        let (slopes, predicted, priors) = bench.with_model(model, |problem| {
             let predicted = outputs(problem, &model.values);
-            let prior: Vec<f64> = problem
-                .parameters()
-                .iter()
-                .map(|parameter| {
-                    parameter
-                        .prior
-                        .map_or(0.0, |prior| prior.standard_deviation.powi(-2))
-                })
-                .collect();
-            (slopes(problem, &model.values, &predicted), predicted, prior)
+            let parameters = problem.parameters().into_iter();
+            let priors: Vec<Option<Prior>> = parameters.map(|one| one.prior).collect();
+            (
+                slopes(problem, &model.values, &predicted),
+                predicted,
+                priors,
+            )
         });
-        let mut curvature = DMatrix::from_diagonal(&DVector::from_vec(prior));
+        let weight =
+            |prior: &Option<Prior>| prior.map_or(0.0, |prior| prior.standard_deviation.powi(-2));
+        let pull = |(prior, value): (&Option<Prior>, &f64)| {
+            prior.map_or(0.0, |prior| {
+                (prior.mean - value) / prior.standard_deviation.powi(2)
+            })
+        };
+        let pull_of_priors = priors.iter().zip(&model.values).map(pull).collect();
+        let pull_of_priors = DVector::from_vec(pull_of_priors);
+        let priors = DVector::from_vec(priors.iter().map(weight).collect());
+        let mut curvature = DMatrix::from_diagonal(&priors);
         for of_recording in &slopes {
             for (row, first) in of_recording {
                 for (column, second) in of_recording {
@@ -54,6 +66,8 @@ impl<'a> Refit<'a> {
             predicted,
             slopes,
             inverse_curvature,
+            pull_of_priors,
+            priors,
             sigma,
         }
     }
@@ -69,6 +83,28 @@ impl<'a> Refit<'a> {
     /// By which the product of two residuals of an output counts.
     pub(super) fn weight(&self, output: usize) -> f64 {
         self.sigma[output].powi(-2)
+    }
+
+    /// What the parameters cannot take up of samples, into which `sampled` turns columns in the
+    /// size of a residual by recording and output.
+    pub(super) fn beside(&self, sampled: impl Fn(&[Columns]) -> Vec<f64>) -> Beside {
+        let nothing: Vec<Columns> = self.predicted.iter().map(nothing_like).collect();
+        let of_place = |place: usize| {
+            let mut columns = nothing.clone();
+            for (recording, of_recording) in self.slopes.iter().enumerate() {
+                let own = of_recording.iter().find(|(at, _)| *at == place);
+                if let Some((_, slope)) = own {
+                    columns[recording].clone_from(slope);
+                }
+            }
+            sampled(&columns)
+        };
+        Beside {
+            slopes: (0..self.model.values.len()).map(of_place).collect(),
+            inverse_curvature: self.inverse_curvature.clone(),
+            pull_of_priors: self.pull_of_priors.clone(),
+            priors: self.priors.clone(),
+        }
     }
 
     /// What the parameters cannot take up where the predictions were these.
@@ -89,6 +125,63 @@ impl<'a> Refit<'a> {
         }
         differences
     }
+}
+
+/// What parameters take up of samples.
+pub(super) struct Beside {
+    slopes: Vec<Vec<f64>>,
+    inverse_curvature: DMatrix<f64>,
+    pull_of_priors: DVector<f64>,
+    priors: DVector<f64>,
+}
+
+impl Beside {
+    /// What they leave of a change.
+    pub(super) fn left_of(&self, samples: &[f64]) -> Vec<f64> {
+        self.less(samples, &self.pushes(samples))
+    }
+
+    /// What they leave of what the model misses, where it was fitted in other weights: priors pull.
+    /// And what these then cost.
+    pub(super) fn left_of_missed(&self, samples: &[f64]) -> (Vec<f64>, f64) {
+        let pushes = self.pushes(samples) + &self.pull_of_priors;
+        let step = &self.inverse_curvature * &pushes;
+        let costs = step.iter().zip(&self.pull_of_priors).zip(&self.priors);
+        let cost = |((step, pull), weight): ((&f64, &f64), &f64)| {
+            if *weight > 0.0 {
+                weight * (step - pull / weight).powi(2)
+            } else {
+                0.0
+            }
+        };
+        (self.less(samples, &pushes), costs.map(cost).sum())
+    }
+
+    fn pushes(&self, samples: &[f64]) -> DVector<f64> {
+        let push = |slope: &Vec<f64>| -> f64 {
+            let pairs = slope.iter().zip(samples);
+            pairs.map(|(slope, sample)| slope * sample).sum()
+        };
+        DVector::from_iterator(self.slopes.len(), self.slopes.iter().map(push))
+    }
+
+    fn less(&self, samples: &[f64], pushes: &DVector<f64>) -> Vec<f64> {
+        let step = &self.inverse_curvature * pushes;
+        let mut left = samples.to_vec();
+        for (slope, step) in self.slopes.iter().zip(&step) {
+            for (left, slope) in left.iter_mut().zip(slope) {
+                *left -= step * slope;
+            }
+        }
+        left
+    }
+}
+
+/// Columns of the same rows without anything in them.
+fn nothing_like(columns: &Columns) -> Columns {
+    let none = |value: &f64| 0.0 * value;
+    let column = |column: &Vec<f64>| column.iter().map(none).collect();
+    columns.iter().map(column).collect()
 }
 
 /// Predictions of all recordings.

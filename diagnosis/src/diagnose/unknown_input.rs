@@ -29,8 +29,10 @@
 //! only in part. More air through the valve's supply side and a higher supply
 //! pressure have one direction: what the needed change goes with decides.
 
+use super::equation::Equation;
 use super::fitted::{Bench, Fitted};
 use super::locate::{self, Located};
+use super::missing_input::{self, Sample};
 use crate::fit::Parameter;
 use crate::fit::law_problem::{Columns, FreeParameter, LawProblem, windows};
 use crate::laws::{Law, View, median};
@@ -184,18 +186,26 @@ struct Explained {
     left_by_constant: f64,
 }
 
+/// The input that explains most, and what it would have had to be.
+pub(super) struct Needed {
+    /// Over time and state.
+    pub located: Located,
+    /// As an equation, where there is one.
+    pub equation: Option<Equation>,
+}
+
 /// What one input explains.
 struct Found {
     /// Part of the energy above the noise.
     share: f64,
     /// It would have to be off by about the same always, which it is not.
     is_disguise: bool,
-    located: Located,
+    needed: Needed,
 }
 
 /// The input that explains most of what the chambers' baseline misses, with what it
 /// goes with; `None` where no single one explains it.
-pub(super) fn find(bench: &Bench<'_>, baseline: &Fitted) -> Option<Located> {
+pub(super) fn find(bench: &Bench<'_>, baseline: &Fitted) -> Option<Needed> {
     if bench.law != Law::Chambers || bench.rig.valve.is_none() {
         return None;
     }
@@ -221,7 +231,7 @@ pub(super) fn find(bench: &Bench<'_>, baseline: &Fitted) -> Option<Located> {
             Some(Found {
                 share,
                 is_disguise: input.varies && by_constant > HARDLY_VARIES * share,
-                located: windowed.located(input, &explained, share),
+                needed: windowed.needed(input, &explained, share),
             })
         })
         .filter(|found| found.share >= LEAST_SHARE)
@@ -230,19 +240,23 @@ pub(super) fn find(bench: &Bench<'_>, baseline: &Fitted) -> Option<Located> {
         return None;
     }
     let are_all_disguises = found.iter().all(|one| one.is_disguise);
-    let mut found: Vec<(f64, Located)> = found
+    let mut found: Vec<(f64, Needed)> = found
         .into_iter()
         .filter(|one| are_all_disguises || !one.is_disguise)
-        .map(|one| (one.share, one.located))
+        .map(|one| (one.share, one.needed))
         .collect();
     let best = found.iter().map(|(share, _)| *share).reduce(f64::max)?;
     found.retain(|(share, _)| *share > AS_GOOD * best);
     // A disguise needs other values from window to window; what is off goes with
     // something.
-    let law = |located: &Located| located.leading().map_or(0.0, |one| one.eta_squared);
+    let law = |needed: &Needed| {
+        let leading = needed.located.leading();
+        leading.map_or(0.0, |one| one.eta_squared)
+    };
     found.sort_by(|a, b| law(&b.1).total_cmp(&law(&a.1)));
-    let natural = found.iter().position(|(_, located)| {
-        are_one_direction(&found[0].1, located) && goes_with_its_own(located)
+    let natural = found.iter().position(|(_, needed)| {
+        are_one_direction(&found[0].1.located, &needed.located)
+            && goes_with_its_own(&needed.located)
     });
     Some(found.swap_remove(natural.unwrap_or(0)).1)
 }
@@ -436,7 +450,7 @@ impl<'a> Windowed<'a> {
     }
 
     /// What the input would have had to be, over time and state.
-    fn located(&self, input: &Input, explained: &Explained, share: f64) -> Located {
+    fn needed(&self, input: &Input, explained: &Explained, share: f64) -> Needed {
         let bench = self.bench;
         let tracks = bench.tracks.iter();
         let mut columns: Vec<Vec<f64>> = tracks.map(|track| vec![f64::NAN; track.len()]).collect();
@@ -453,14 +467,28 @@ impl<'a> Windowed<'a> {
             .map(|need| need.map(|need| need.value - constant))
             .collect();
         let usual = Usual::of(values.iter().flatten().copied().collect());
-        for (window, value) in explained.windows.iter().zip(values) {
-            if let Some(value) = value {
-                columns[window.recording][window.rows.clone()].fill(usual.kept_to(value));
-            }
+        let windows = explained.windows.iter().zip(values).zip(told);
+        let sample = |((window, value), need): ((&Window, Option<f64>), Option<&Need>)| {
+            Some(Sample {
+                recording: window.recording,
+                rows: window.rows.clone(),
+                value: usual.kept_to(value?),
+                deviation: need?.deviation,
+            })
+        };
+        let samples: Vec<Sample> = windows.filter_map(sample).collect();
+        for sample in &samples {
+            columns[sample.recording][sample.rows.clone()].fill(sample.value);
         }
-        Located {
-            share,
-            ..locate::of_input(bench.law, bench.rig, bench.tracks, input.what, columns)
+        let located = locate::of_input(bench.law, bench.rig, bench.tracks, input.what, columns);
+        Needed {
+            located: Located { share, ..located },
+            equation: missing_input::equation(
+                bench.rig,
+                bench.tracks,
+                input.what,
+                (&samples, WINDOW_S),
+            ),
         }
     }
 }
@@ -762,7 +790,7 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let bench = Bench::new(Law::Chambers, &rig, &tracks);
         let baseline = search::baseline(&bench).unwrap();
-        find(&bench, &baseline).unwrap()
+        find(&bench, &baseline).unwrap().located
     }
 
     #[test]

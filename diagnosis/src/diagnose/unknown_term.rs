@@ -1,4 +1,4 @@
-//! A table in the place of what no effect of the list explains.
+//! A table or an equation in the place of what no effect of the list explains.
 //!
 //! An effect of no list has no law to fit, but it has a shape. Where the force
 //! balance misses something and no effect explains it, a force that is piecewise
@@ -13,13 +13,18 @@
 //! `[effects.unknown-reading]`: the simulator holds it like any effect, and so does the controller
 //! but for a gauge's. The held-out recordings judge it as they judge a named one.
 //!
+//! Where a short equation of the force (`missing_force`) does as well as the best table, it stands
+//! in its place: fewer numbers, and they mean something.
+//!
 //! Limits: nine knots over what was recorded (over the root of an opening), so a wave shorter than a quarter of it
 //! does not show. A valve's openings are the same to either side. What goes with time, or has a
 //! memory of its own, is located only.
 
 use super::candidates::Candidate;
+use super::equation::Equation;
 use super::fitted::{Bench, Fitted};
 use super::fold_squares::FoldSquares;
+use super::missing_force;
 use super::search::plain_ratio;
 use crate::effects::flow::unknown_opening::{opening_knots, shift_key};
 use crate::effects::load::unknown_force::force_key;
@@ -34,6 +39,10 @@ use model_core::left_out::{KNOTS, knots};
 /// leave will not end below them.
 const HOPELESS: f64 = 5.0;
 
+/// An equation does as well as a table that takes away this part of the misfit's amplitude more
+/// (chosen): the table has nine numbers to bend.
+const AS_WELL: f64 = 0.05;
+
 /// What is a table of what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -47,19 +56,59 @@ pub enum Shape {
     ErrorOfGauge(Side),
 }
 
-/// A table that stood up to data it was not fitted to.
+/// What stands for a law that nobody has named.
+#[derive(Clone, Debug)]
+pub enum Stand {
+    /// A table.
+    Table(Shape),
+    /// An equation, with its numbers as fitted.
+    Equation(Equation),
+}
+
+impl Stand {
+    /// The name in a rig file; no verdict names it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Table(shape) => shape.name(),
+            Self::Equation(_) => missing_force::NAME,
+        }
+    }
+
+    /// Its place in a verdict.
+    pub fn place(&self) -> &'static str {
+        match self {
+            Self::Table(shape) => shape.place(),
+            Self::Equation(_) => missing_force::PLACE,
+        }
+    }
+
+    /// What it is, in words.
+    pub fn phrase(&self) -> String {
+        match self {
+            Self::Table(shape) => format!("{}, as a table", shape.phrase()),
+            Self::Equation(equation) => equation.phrase(),
+        }
+    }
+}
+
+/// A table or an equation that stood up to data it was not fitted to.
 #[derive(Clone, Debug)]
 pub struct Term {
     /// Its candidate.
     pub candidate: usize,
-    /// What it is a table of.
-    pub shape: Shape,
+    /// What it is.
+    pub stand: Stand,
     /// Part of the amplitude of the misfit, above the noise, that it takes away in
     /// data it was not fitted to.
     pub share: f64,
 }
 
 impl Term {
+    /// Whether it is an equation.
+    pub fn is_equation(&self) -> bool {
+        matches!(self.stand, Stand::Equation(_))
+    }
+
     /// Part of the misfit's energy above the noise that it takes away.
     pub fn explained(&self) -> f64 {
         1.0 - (1.0 - self.share).powi(2)
@@ -238,8 +287,8 @@ pub fn table(shape: Shape, candidate: &Candidate, model: &Fitted) -> Vec<(f64, f
         .collect()
 }
 
-/// The table that explains most of what the baseline misses, with the model that holds
-/// it; `None` where none predicts data that it was not fitted to plainly better than
+/// The table or the equation that explains most of what the baseline misses, with the model that
+/// holds it; `None` where none predicts data that it was not fitted to plainly better than
 /// the `named` effects do. The bench gets its candidate.
 pub fn find(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Term, Fitted)> {
     let lengths: Vec<usize> = bench.tracks.iter().map(Track::len).collect();
@@ -251,59 +300,100 @@ pub fn find(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<
 
 fn best(bench: &mut Bench<'_>, baseline: &Fitted, named: &Fitted) -> Option<(Term, Fitted)> {
     let before = bench.candidates.len();
-    let most = if named.presence.is_some() {
-        1.0
-    } else {
-        plain_ratio(named.set.len())
-    };
     let mut best: Option<(Term, Fitted)> = None;
-    let given = bench.as_given(baseline);
-    for shape in Shape::of(bench) {
-        let Some(candidate) = shape.candidate(bench) else {
-            continue;
-        };
+    let equation = missing_force::equation(bench, baseline);
+    let least = least_share(equation.as_ref());
+    for (stand, candidate) in stands(bench, equation) {
         let index = bench.candidates.len();
         bench.candidates.push(candidate);
-        let energy = |model: &Fitted| model.energy_above(&bench.noise);
-        let hopeful = |start: &Fitted| {
-            let begun = bench.ranked(&[index], start)?;
-            let hope = ratio(energy(&begun), energy(named)) < HOPELESS;
-            if hope { bench.finished(&begun) } else { None }
-        };
-        // A refit that bent itself around what is missing may lie far from both.
-        let fits = [baseline, &given].into_iter().filter_map(hopeful);
-        let Some(with) = fits.min_by(|a, b| energy(a).total_cmp(&energy(b))) else {
+        let stood_up = stood_up(bench, index, baseline, named);
+        let Some((share, model)) = stood_up.filter(|(share, _)| *share > least) else {
             continue;
         };
-        let fitted = |model: &Fitted| above_noise(bench, &bench.by_fold(model));
-        let left = |model: &Fitted| above_noise(bench, &bench.cross_validate(model));
-        // What was not fitted is predicted no better than what was, and takes four fits to know.
-        if ratio(fitted(&with), fitted(named)) > most {
-            continue;
-        }
-        let [by_table, by_named] = [&with, named].map(left);
-        if ratio(by_table, by_named) > most {
-            continue;
-        }
-        let by_baseline = if named.set.is_empty() {
-            by_named
-        } else {
-            left(baseline)
+        let stand = match stand {
+            Stand::Equation(equation) => {
+                Stand::Equation(missing_force::as_fitted(equation, &model))
+            }
+            table @ Stand::Table(_) => table,
         };
         let term = Term {
             candidate: index,
-            shape,
-            share: 1.0 - ratio(by_table, by_baseline),
+            stand,
+            share,
         };
-        let is_better = |(best, _): &(Term, Fitted)| best.share < term.share;
-        if best.as_ref().is_none_or(is_better) {
-            best = Some((term, with));
+        // Equations come last.
+        let worth = match term.stand {
+            Stand::Table(_) => term.share,
+            Stand::Equation(_) => term.share + AS_WELL,
+        };
+        if best.as_ref().is_none_or(|(best, _)| best.share < worth) {
+            best = Some((term, model));
         }
     }
     if best.is_none() {
         bench.candidates.truncate(before);
     }
     best
+}
+
+/// The part of the misfit's amplitude that a table takes away where it is more than an equation for
+/// which the model has no place, as it is one of time.
+fn least_share(equation: Option<&Equation>) -> f64 {
+    let of_time = equation.filter(|equation| missing_force::candidate(equation).is_none());
+    of_time.map_or(f64::NEG_INFINITY, |equation| {
+        1.0 - (1.0 - equation.share).max(0.0).sqrt()
+    })
+}
+
+/// The tables that a law can hold, and last its equation, if it has one.
+fn stands(bench: &Bench<'_>, equation: Option<Equation>) -> Vec<(Stand, Candidate)> {
+    let tables = Shape::of(bench).into_iter();
+    let tables = tables.filter_map(|shape| Some((Stand::Table(shape), shape.candidate(bench)?)));
+    let equation = equation
+        .and_then(|equation| Some((missing_force::candidate(&equation)?, equation)))
+        .map(|(candidate, equation)| (Stand::Equation(equation), candidate));
+    tables.chain(equation).collect()
+}
+
+/// What a candidate takes away of the misfit in data that it was not fitted to, and the model with
+/// it; `None` where that is not plainly better than what is named.
+fn stood_up(
+    bench: &Bench<'_>,
+    index: usize,
+    baseline: &Fitted,
+    named: &Fitted,
+) -> Option<(f64, Fitted)> {
+    let most = if named.presence.is_some() {
+        1.0
+    } else {
+        plain_ratio(named.set.len())
+    };
+    let energy = |model: &Fitted| model.energy_above(&bench.noise);
+    let hopeful = |start: &Fitted| {
+        let begun = bench.ranked(&[index], start)?;
+        let hope = ratio(energy(&begun), energy(named)) < HOPELESS;
+        if hope { bench.finished(&begun) } else { None }
+    };
+    // A refit that bent itself around what is missing may lie far from both.
+    let given = bench.as_given(baseline);
+    let fits = [baseline, &given].into_iter().filter_map(hopeful);
+    let with = fits.min_by(|a, b| energy(a).total_cmp(&energy(b)))?;
+    let fitted = |model: &Fitted| above_noise(bench, &bench.by_fold(model));
+    let left = |model: &Fitted| above_noise(bench, &bench.cross_validate(model));
+    // What was not fitted is predicted no better than what was, and takes four fits to know.
+    if ratio(fitted(&with), fitted(named)) > most {
+        return None;
+    }
+    let [by_stand, by_named] = [&with, named].map(left);
+    if ratio(by_stand, by_named) > most {
+        return None;
+    }
+    let by_baseline = if named.set.is_empty() {
+        by_named
+    } else {
+        left(baseline)
+    };
+    Some((1.0 - ratio(by_stand, by_baseline), with))
 }
 
 /// Amplitude of one misfit over that of another.
@@ -334,6 +424,13 @@ mod tests {
         (bench, baseline)
     }
 
+    fn tabled(term: &Term) -> Shape {
+        match term.stand {
+            Stand::Table(shape) => shape,
+            Stand::Equation(_) => panic!("an equation"),
+        }
+    }
+
     /// How much of a function a table holds, beside a straight line, by least squares: how much
     /// of drag is viscous, and of a shift a stretch, the declared numbers decide.
     fn part_of(table: &[(f64, f64, f64)], function: impl Fn(f64) -> f64) -> f64 {
@@ -346,18 +443,20 @@ mod tests {
     }
 
     #[test]
-    fn val_drag_that_grows_with_the_square_of_the_speed_comes_out_as_its_table() {
+    fn val_drag_that_grows_with_the_square_of_the_speed_comes_out_as_its_equation() {
         let (rig, recordings) = drawn::off_list(77, Strength::Medium, "quadratic-friction");
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let (mut bench, baseline) = refitted(Law::Balance, &rig, &tracks);
         let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
-        assert_eq!(term.shape, Shape::ForceOverVelocity);
-        let table = table(term.shape, &bench.candidates[term.candidate], &model);
+        let Stand::Equation(equation) = &term.stand else {
+            panic!("{:?}", term.stand);
+        };
+        println!("{}; {} of the misfit", equation.text(), term.share);
+        assert_eq!(bench.candidates[term.candidate].effect, "force-equation");
         // Drawn were 39.02 N s2/m2.
-        let coefficient = part_of(&table, |v| v * v.abs());
-        println!("{coefficient} N s2/m2, {} of the misfit", term.share);
+        let drag = model.value("effects.force-equation.drag_Ns2_m2").unwrap();
         assert!(term.share > 0.8, "{}", term.share);
-        assert!((coefficient / 39.02 - 1.0).abs() < 0.15, "{coefficient}");
+        assert!((drag / 39.02 - 1.0).abs() < 0.15, "{drag}");
     }
 
     /// The more it is asked for the less it gives: asked for 2.4 V it opens by 2 V.
@@ -376,8 +475,8 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let (mut bench, baseline) = refitted(Law::Chambers, &rig, &tracks);
         let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
-        assert_eq!(term.shape, Shape::ShiftOfOpenings);
-        let mut table = table(term.shape, &bench.candidates[term.candidate], &model);
+        assert_eq!(tabled(&term), Shape::ShiftOfOpenings);
+        let mut table = table(tabled(&term), &bench.candidates[term.candidate], &model);
         println!("{table:?}, {} of the misfit", term.share);
         assert!(term.share > 0.8, "{}", term.share);
         // Within the dead zone nothing is told.
@@ -403,8 +502,8 @@ mod tests {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let (mut bench, baseline) = refitted(Law::Chambers, &rig, &tracks);
         let (term, model) = find(&mut bench, &baseline, &baseline).unwrap();
-        assert_eq!(term.shape, Shape::ErrorOfGauge(Side::B));
-        let mut table = table(term.shape, &bench.candidates[term.candidate], &model);
+        assert_eq!(tabled(&term), Shape::ErrorOfGauge(Side::B));
+        let mut table = table(tabled(&term), &bench.candidates[term.candidate], &model);
         println!("{table:?}, {} of the misfit", term.share);
         assert!(term.share > 0.8, "{}", term.share);
         // Pressures that are met for a few rows only say little.

@@ -1,5 +1,6 @@
 //! The verdict file, as `contracts/verdict.md` lays it down.
 
+use super::equation::{Equation, Term};
 use crate::inspect::Doubt;
 use crate::laws::needs::Assumed;
 use serde::Serialize;
@@ -174,6 +175,43 @@ pub struct UnknownTerm {
     pub unit: String,
     /// Variable, value, standard deviation.
     pub table: Vec<(f64, f64, f64)>,
+    /// The same as an equation; null where none was found.
+    pub equation: Option<SaidEquation>,
+}
+
+/// A missing term as an equation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SaidEquation {
+    /// The equation with its numbers.
+    pub text: String,
+    /// Its numbers, SI: the variable, and which of the numbers of its term.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Unit of what it gives.
+    pub unit: String,
+    /// Part of the misfit's energy above the noise that it explains in samples that it was not
+    /// fitted to.
+    pub share: f64,
+    /// Forms that would do as well as its first term.
+    pub rivals: Vec<String>,
+}
+
+impl SaidEquation {
+    pub(super) fn of(equation: &Equation) -> Self {
+        let numbers = equation.terms.iter().flat_map(Term::numbers);
+        let estimate = |(value, deviation): (f64, f64)| Estimate {
+            value,
+            std: deviation.is_finite().then_some(deviation),
+        };
+        Self {
+            text: equation.text(),
+            parameters: numbers
+                .map(|(name, number)| (name, estimate(number)))
+                .collect(),
+            unit: equation.unit.into(),
+            share: equation.share,
+            rivals: equation.rivals.clone(),
+        }
+    }
 }
 
 /// The verdict.

@@ -106,7 +106,7 @@ pub fn sizes(effect: &str, sizes: &BTreeMap<String, f64>) -> String {
 
 /// A value to the digits that its deviation leaves meaningful: the deviation
 /// with one digit, two if the first is a 1.
-fn with_deviation(value: f64, std: f64) -> String {
+pub fn with_deviation(value: f64, std: f64) -> String {
     let magnitude = std.abs().log10().floor();
     let leading = std / 10f64.powf(magnitude);
     let decimals = -magnitude + if leading < 1.95 { 1.0 } else { 0.0 };
@@ -114,7 +114,8 @@ fn with_deviation(value: f64, std: f64) -> String {
         let decimals = decimals.max(0.0) as usize;
         return format!("{value:.decimals$} ± {std:.decimals$}");
     }
-    format!("{value:.2e} ± {std:.0e}")
+    let digits = (value.abs().log10().floor() + decimals).max(1.0) as usize;
+    format!("{value:.digits$e} ± {std:.0e}")
 }
 
 /// What an effect is, to somebody who has not met its name.

@@ -12,7 +12,7 @@ use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;
 use model_core::left_out::{
     CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, EndCushion,
-    ExhaustBackPressure, ForceVariable, KNOTS, LoadCoupling, PistonLeakage,
+    ExhaustBackPressure, ForceEquation, ForceVariable, KNOTS, LoadCoupling, PistonLeakage,
     PositionDependentFriction, SupplyDroop, UnknownForce, VariableHeatTransfer, WallTemperature,
 };
 use serde::{Deserialize, Serialize};
@@ -97,6 +97,24 @@ pub struct MechanicalEffects {
     pub unknown_force_to: f32,
     /// Its values, N.
     pub unknown_force_n: [f32; KNOTS],
+    /// Force equation: stiffness of a spring, N/m.
+    pub spring_n_per_m: f32,
+    /// Stiffness that grows with the square of the way, N/m3.
+    pub stiffening_n_per_m3: f32,
+    /// Position at which the spring pushes nothing, m.
+    pub spring_rest_m: f32,
+    /// Drag per square of the speed, N s2/m2.
+    pub drag_n_s2_per_m2: f32,
+    /// Sine part of a force that repeats along the way, N.
+    pub pitch_sine_n: f32,
+    /// Cosine part, N.
+    pub pitch_cosine_n: f32,
+    /// Way after which it repeats, m.
+    pub pitch_m: f32,
+    /// Force that trails behind the motion, N.
+    pub trailing_n: f32,
+    /// Way in which it turns over, m.
+    pub trailing_path_m: f32,
 }
 
 /// Share of the moving mass that a load behind a spring may have: the law would
@@ -258,6 +276,15 @@ impl MechanicalEffects {
             field("mechanical_effects.buffer_damping_n_s_per_m", self.buffer_damping_n_s_per_m, 0.0, 1e7),
             field("mechanical_effects.unknown_force_from", self.unknown_force_from, -100.0, 100.0),
             field("mechanical_effects.unknown_force_to", self.unknown_force_to, -100.0, 100.0),
+            field("mechanical_effects.spring_n_per_m", self.spring_n_per_m, -1e4, 1e4),
+            field("mechanical_effects.stiffening_n_per_m3", self.stiffening_n_per_m3, -1e6, 1e6),
+            field("mechanical_effects.spring_rest_m", self.spring_rest_m, -farthest_m, farthest_m),
+            field("mechanical_effects.drag_n_s2_per_m2", self.drag_n_s2_per_m2, 0.0, 1e3),
+            field("mechanical_effects.pitch_sine_n", self.pitch_sine_n, -200.0, 200.0),
+            field("mechanical_effects.pitch_cosine_n", self.pitch_cosine_n, -200.0, 200.0),
+            field("mechanical_effects.pitch_m", self.pitch_m, 1e-3, 100.0),
+            field("mechanical_effects.trailing_n", self.trailing_n, -500.0, 500.0),
+            field("mechanical_effects.trailing_path_m", self.trailing_path_m, 1e-3, 10.0),
         ];
         let at_knots = self.unknown_force_n.iter();
         let at_knots = at_knots.map(|&value| field("mechanical_effects.unknown_force_n", value, -1e5, 1e5));
@@ -345,6 +372,17 @@ impl MechanicalEffects {
                 to: self.unknown_force_to,
                 at_knot_n: self.unknown_force_n,
             },
+            force_equation: ForceEquation {
+                spring_n_per_m: self.spring_n_per_m,
+                stiffening_n_per_m3: self.stiffening_n_per_m3,
+                rest_m: self.spring_rest_m,
+                drag_n_s2_per_m2: self.drag_n_s2_per_m2,
+                sine_n: self.pitch_sine_n,
+                cosine_n: self.pitch_cosine_n,
+                pitch_m: self.pitch_m,
+                trailing_n: self.trailing_n,
+                path_m: self.trailing_path_m,
+            },
         }
     }
 }
@@ -353,7 +391,7 @@ impl From<CarriageEffects<f32>> for MechanicalEffects {
     fn from(effects: CarriageEffects<f32>) -> Self {
         let position = &effects.position_friction;
         let (load, buffer) = (&effects.load, &effects.elastic_buffer);
-        let unknown = &effects.unknown_force;
+        let (unknown, equation) = (&effects.unknown_force, &effects.force_equation);
         Self {
             position_cosine: position.cosine,
             position_sine: position.sine,
@@ -377,6 +415,15 @@ impl From<CarriageEffects<f32>> for MechanicalEffects {
             unknown_force_from: unknown.from,
             unknown_force_to: unknown.to,
             unknown_force_n: unknown.at_knot_n,
+            spring_n_per_m: equation.spring_n_per_m,
+            stiffening_n_per_m3: equation.stiffening_n_per_m3,
+            spring_rest_m: equation.rest_m,
+            drag_n_s2_per_m2: equation.drag_n_s2_per_m2,
+            pitch_sine_n: equation.sine_n,
+            pitch_cosine_n: equation.cosine_n,
+            pitch_m: equation.pitch_m,
+            trailing_n: equation.trailing_n,
+            trailing_path_m: equation.path_m,
         }
     }
 }

@@ -92,6 +92,9 @@ fn vary_effects(settings: &mut Settings, random: &mut Random) {
         (&mut motion.buffer_stiffness_n_per_m, 1e5),
         (&mut motion.buffer_damping_n_s_per_m, 100.0),
         (&mut motion.unknown_force_n[3], 4.0),
+        (&mut motion.drag_n_s2_per_m2, 40.0),
+        (&mut motion.pitch_sine_n, 4.0),
+        (&mut motion.trailing_n, 7.0),
     ] {
         let share = random.share();
         if share > 0.5 {

@@ -55,6 +55,8 @@ impl ForceState {
             step.now.pressure_b_pa - ambient_pa,
         );
         let friction_n = levels.static_n + levels.viscous_n_s_per_m * speed_m_per_s;
+        let equation = carriage.effects.map(|effects| effects.force_equation);
+        let trailing_n = equation.map_or(0.0, |equation| equation.trailing_n);
         let gauge_pa = step.now.supply_pressure_pa - ambient_pa;
         let largest_n = gauge_pa * Real::max(carriage.area_a_m2, carriage.area_b_m2);
         FRICTION_MARGIN * friction_n
@@ -62,6 +64,7 @@ impl ForceState {
             + carriage
                 .unknown_force_n(step.now.position_m, step.now.velocity_m_per_s)
                 .abs()
+            + trailing_n.abs()
             + self.inertia_n.abs()
             + SHARE_OF_LARGEST_FORCE * largest_n
     }

@@ -37,7 +37,9 @@ use friction::{
     viscous,
 };
 use gas::{dead_volume, gas_temperature, variable_heat_transfer, wall_temperature};
-use load::{constant_force, end_cushion, load_backlash, load_compliance, unknown_force};
+use load::{
+    constant_force, end_cushion, force_equation, load_backlash, load_compliance, unknown_force,
+};
 use sensing::{
     gauge_gain, position_time_skew, pressure_sensor_lag, pressure_sensor_offset, unknown_reading,
 };
@@ -73,6 +75,7 @@ pub const EFFECTS: &[Effect] = &[
     load_compliance::EFFECT,
     load_backlash::EFFECT,
     unknown_force::EFFECT,
+    force_equation::EFFECT,
     unknown_opening::EFFECT,
     unknown_reading::EFFECT,
 ];
@@ -138,6 +141,8 @@ mod tests {
             | ("signal/s", "command units per s")
             | ("m, m/s", "m or m/s")
             | ("kg/(s Pa2)", "kg/(s Pa²)")
+            | ("N/m3", "N/m³")
+            | ("N s2/m2", "N s²/m²")
             | ("W/(m2 K)", "W/(m² K)") => 1.0,
             (unit, trade) if unit == trade => 1.0,
             _ => f64::NAN,

@@ -18,7 +18,7 @@
 
 pub use super::breakaway::{BREAKAWAY_NOISE_N, KNOWN_TO_N};
 use super::breakaway::{Breakaway, PositionReading, Recorded, Stand, breakaways};
-use super::carriage_history::slope;
+use super::carriage_history::{slope, way_m};
 use super::force::outer_n;
 use super::pressure_reading::PressureReading;
 use super::{Motion, Output, Sink, Track};
@@ -127,7 +127,7 @@ impl Bump {
 }
 
 /// How the rows around one weigh in its balance.
-pub(super) fn weights(track: &Track<'_>) -> Vec<f64> {
+pub fn weights(track: &Track<'_>) -> Vec<f64> {
     Bump::of(track).weights
 }
 
@@ -253,6 +253,14 @@ fn dry<R: Real>(levels: FrictionLevels<R>) -> FrictionLevels<R> {
     }
 }
 
+/// How far a force that trails has come after another way, m.
+fn trail_after<R: Real>(carriage: &Carriage<R>, trail: R, way_m: f64) -> R {
+    let effects = carriage.effects.as_ref();
+    effects.map_or(trail, |effects| {
+        effects.force_equation.trail(trail, R::from_f64(way_m))
+    })
+}
+
 /// The levels of a friction that depends on the place.
 fn placed<R: Real>(
     carriage: &Carriage<R>,
@@ -299,6 +307,7 @@ impl<R: Real> Driven<'_, R> {
             // Of the position itself, as the acceleration is: the bump takes its noise. A smoothed velocity is
             // off by 0.07 N where pressures part by 20 bar/s, and bent mass and friction by 2 to 4 %.
             let speed = |row: usize| R::from_f64(slope(time, position, row, 1));
+            state.trail = trail_after(carriage, state.trail, way_m(motion, row));
             let load_n = match &load {
                 Some(load) if row > 0 => {
                     load.follow(&mut state.load, speed(before), speed(row), dt)
@@ -322,10 +331,9 @@ impl<R: Real> Driven<'_, R> {
             let (deflection, friction) =
                 bristle.step_driven_between(sliding_n, &dry, step, state.deflection_m, dt);
             state.deflection_m = deflection;
-            let viscous = levels.viscous_n_s_per_m * speed(row);
             let outer = outer_n(carriage, &state);
             let held_n = if is_loose { R::ZERO } else { load_n };
-            let force_n = gas_n - load_n - outer - friction - viscous;
+            let force_n = gas_n - load_n - outer - friction - levels.viscous_n_s_per_m * speed(row);
             along.gas_n.push(gas_n.value());
             along.driving_n.push(gas_n - held_n - outer);
             along.force_n.push(force_n);

@@ -6,10 +6,10 @@
 //! sliding, the load with every contact. So a short run behind the recorded
 //! motion stands for the whole past.
 
-use super::Track;
+use super::{Motion, Track};
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::Bristle;
-use model_core::left_out::{DwellStiction, LoadCoupling, LoadState};
+use model_core::left_out::{DwellStiction, ForceEquation, LoadCoupling, LoadState};
 use model_core::real::Real;
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ use std::ops::Range;
 const SLIDING: f64 = 3.0;
 /// A smoothed velocity below this is noise (some 0.3 mm/s): the carriage stands.
 pub const STANDING_M_PER_S: f64 = 1e-3;
-/// Ways of forgetting after which nothing of the age is left: exp(-10).
+/// Ways of forgetting after which nothing is left of an age, or of a force that trails: exp(-10).
 const FORGOTTEN_WAYS: f64 = 10.0;
 /// A longer stand is followed in this many steps.
 const MOST_DWELL_STEPS: usize = 2000;
@@ -70,6 +70,9 @@ pub(super) fn recall<R: Real>(
             velocity_m_per_s,
         };
         state.contact_age = contact_age(&past, &carriage.bristle, &effects.dwell_stiction);
+    }
+    if effects.force_equation.trailing_n != R::ZERO {
+        state.trail = trail(&effects.force_equation, motion, start);
     }
     if let (Some(load), mass_kg) = carriage.load() {
         let past = Past {
@@ -127,6 +130,30 @@ impl<R: Real, V: Fn(usize) -> f64> Past<'_, R, V> {
     fn length_s(&self, rows: &Range<usize>) -> f64 {
         self.time_s[rows.end] - self.time_s[rows.start]
     }
+}
+
+/// The way from the row before, m; none where the carriage stands: there and back on its noise it
+/// would forget.
+pub(super) fn way_m(motion: &Motion, row: usize) -> f64 {
+    if row == 0 || motion.velocity_m_per_s[row].abs() < STANDING_M_PER_S {
+        return 0.0;
+    }
+    motion.position_m[row] - motion.position_m[row - 1]
+}
+
+/// How far a force that trails has come at a row: by the last ways, beyond which it remembers
+/// nothing.
+fn trail<R: Real>(equation: &ForceEquation<R>, motion: &Motion, row: usize) -> R {
+    let remembered_m = FORGOTTEN_WAYS * equation.path_m.value();
+    let mut first = row;
+    let mut passed_m = 0.0;
+    while first > 0 && passed_m < remembered_m {
+        passed_m += way_m(motion, first).abs();
+        first -= 1;
+    }
+    (first + 1..=row).fold(R::ZERO, |trail, row| {
+        equation.trail(trail, R::from_f64(way_m(motion, row)))
+    })
 }
 
 /// The age of the seal's contact. One that stands since the recording began has

@@ -84,7 +84,7 @@ pub(super) fn predict<R: Real>(
     }
 }
 
-/// Load and age of the seal's contact over a row that ends at a velocity;
+/// Load, age of the seal's contact and what trails behind over a row that ends at a velocity;
 /// returns the mean force that the load takes, N.
 fn follow<R: Real>(
     carriage: &Carriage<R>,
@@ -95,6 +95,8 @@ fn follow<R: Real>(
 ) -> R {
     if let Some(effects) = &carriage.effects {
         state.contact_age = effects.contact_age(state.contact_age, velocity_m_per_s, dt_s);
+        let equation = &effects.force_equation;
+        state.trail = equation.trail(state.trail, velocity_m_per_s * dt_s);
     }
     let before = state.velocity_m_per_s;
     load.map_or(R::ZERO, |load| {
@@ -108,6 +110,7 @@ pub(super) fn outer_n<R: Real>(carriage: &Carriage<R>, state: &CarriageState<R>)
     carriage.effects.as_ref().map_or(R::ZERO, |effects| {
         let buffers = &effects.elastic_buffer;
         buffers.reaction(position, velocity, R::ZERO).force_n
-            + effects.unknown_force.force_n(position, velocity)
+            + effects.unnamed_force_n(position, velocity)
+            + effects.force_equation.trailing_n * state.trail
     })
 }

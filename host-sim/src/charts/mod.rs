@@ -3,6 +3,7 @@
 //!
 //! * `prediction.rs`: recorded and predicted signals, residuals, what drove them
 //! * `locate.rs`: where a misfit sits
+//! * `equation.rs`: what is missing, as an equation
 //! * `residuals.rs`: whether a residual is noise
 //! * `parameters.rs`: parameters from prior to posterior
 //! * `verdict.rs`, `fit.rs`, `compare.rs`, `inspection.rs`, `closed_loop.rs`, `valve_flow.rs`: the
@@ -13,6 +14,7 @@
 
 mod closed_loop;
 mod compare;
+mod equation;
 mod fit;
 mod inspection;
 mod locate;

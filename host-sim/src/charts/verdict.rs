@@ -5,6 +5,7 @@
 //! The page says nothing of an effect that the verdict does not say: sizes stand on the first
 //! screen, and an effect is called omitted, only where the verdict names it.
 
+use super::equation::{Standing, equation};
 use super::locate::{located_misfit, missing_term, needed_input, shade_intervals};
 use super::parameters::{self, Moved};
 use super::prediction::{
@@ -21,7 +22,7 @@ use crate::report::{
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
 use diagnosis::diagnose::proof::Run;
-use diagnosis::diagnose::unknown_term;
+use diagnosis::diagnose::unknown_term::{self, Stand};
 use diagnosis::diagnose::verdict::{Effect, Estimate, Fit, FitFigures, Kind, Verdict, WouldShow};
 use diagnosis::diagnose::{BreakAway, Diagnosis, LawDiagnosis, Model, summary, words};
 use diagnosis::identify::{Residuals, rms};
@@ -343,11 +344,7 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
         if let Some(input) = &law.input {
             needed_input(section, rig, input, Role::Refitted);
         }
-        if let Some(term) = &law.term {
-            let table =
-                unknown_term::table(term.shape, &law.candidates[term.candidate], &law.improved);
-            missing_term(section, rig, term.shape, &table, 1.0 - term.share);
-        }
+        unnamed_terms(section, rig, law);
     }
     if let Some(velocity) = &diagnosis.velocity {
         section.subheading("Position and velocity");
@@ -355,6 +352,26 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
             "No law uses the recorded velocity. It differs from the rate of the recorded position by more than the noise of both sensors.",
         );
         located_misfit(section, rig, velocity, Role::Refitted);
+    }
+}
+
+/// What stands for a law that nobody has named.
+fn unnamed_terms(section: &mut Section, rig: &Rig, law: &LawDiagnosis) {
+    if let Some(said) = &law.equation {
+        equation(section, rig, said, Standing::Said);
+    }
+    if let Some(term) = &law.term {
+        let left = 1.0 - term.share;
+        match &term.stand {
+            Stand::Table(shape) => {
+                let candidate = &law.candidates[term.candidate];
+                let table = unknown_term::table(*shape, candidate, &law.improved);
+                missing_term(section, rig, *shape, &table, left);
+            }
+            Stand::Equation(fitted) => {
+                equation(section, rig, fitted, Standing::InTheRig(left));
+            }
+        }
     }
 }
 

@@ -15,6 +15,7 @@
 //! - A *size* is covered if it is off by at most two of its standard deviations
 //!   or by at most [`COVERED`].
 
+use super::equation::EquationJudgement;
 use super::materiality::Materiality;
 use super::said::{FitFigures, Named, Said, Word};
 use serde::{Deserialize, Serialize};
@@ -113,6 +114,9 @@ pub struct Judgement {
     pub sizes: Vec<SizeError>,
     /// Held-out errors, where the tool proves its verdict by them.
     pub held_out: Option<HeldOut>,
+    /// The equation, where one effect of no list is missing.
+    #[serde(default)]
+    pub equation: Option<EquationJudgement>,
 }
 
 /// Judges a verdict; none is right in nothing.
@@ -159,7 +163,15 @@ pub fn judge(truth: &Truth, materiality: &[Materiality], said: Option<&Said>) ->
             .flat_map(|effect| sizes(effect, said))
             .collect(),
         held_out: held_out(said),
+        equation: equation(&missing, said),
         expected,
+    }
+}
+
+fn equation(missing: &[&TrueEffect], said: &Said) -> Option<EquationJudgement> {
+    match missing {
+        [effect] if !effect.on_list => Some(EquationJudgement::of(effect, said)),
+        _ => None,
     }
 }
 
@@ -401,6 +413,7 @@ mod tests {
             unknown_term: Some(UnknownTerm {
                 place: place.into(),
                 of: Vec::new(),
+                equation: None,
             }),
             located: vec![Located {
                 place: "chamber-a".into(),

@@ -23,6 +23,7 @@
 
 pub mod book;
 mod digest;
+pub mod equation;
 pub mod judge;
 pub mod markdown;
 pub mod masking;

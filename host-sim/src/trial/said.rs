@@ -94,6 +94,17 @@ pub struct UnknownTerm {
     /// What it depends on.
     #[serde(default)]
     pub of: Vec<String>,
+    /// As an equation.
+    #[serde(default)]
+    pub equation: Option<SaidEquation>,
+}
+
+/// A missing term as an equation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SaidEquation {
+    /// Its numbers, each by variable and name.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Size>,
 }
 
 /// Errors per signal.

@@ -1,5 +1,6 @@
 //! All cases summed up.
 
+use super::equation::EquationJudgement;
 use super::judge::{Expected, HeldOut, Judgement, SizeError};
 use super::plan::Class;
 use super::rate::Rate;
@@ -132,7 +133,10 @@ impl Score {
     pub fn of(cases: &[CaseResult]) -> Self {
         let all: Vec<&CaseResult> = cases.iter().collect();
         Self {
-            marks: marks(&all),
+            marks: marks(&all)
+                .into_iter()
+                .chain(marks_of_equations(&all))
+                .collect(),
             classes: Class::ALL
                 .iter()
                 .map(|class| {
@@ -276,6 +280,28 @@ fn marks(cases: &[&CaseResult]) -> Vec<Mark> {
             0.02,
             false,
             all.confidently_wrong,
+        ),
+    ]
+}
+
+/// The marks of the equations in the place of effects of no list.
+fn marks_of_equations(cases: &[&CaseResult]) -> [Mark; 2] {
+    let rate = |is_right: fn(&EquationJudgement) -> bool| {
+        let judged = cases.iter().filter_map(|case| case.judgement.equation);
+        Rate::over(judged.map(|equation| is_right(&equation)))
+    };
+    [
+        Mark::new(
+            "equations of effects of no list: the right variables",
+            0.80,
+            true,
+            rate(|equation| equation.variables_right),
+        ),
+        Mark::new(
+            "equations of effects of no list: the right form",
+            0.60,
+            true,
+            rate(|equation| equation.form_right),
         ),
     ]
 }

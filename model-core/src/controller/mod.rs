@@ -442,6 +442,7 @@ impl<R: Real> Controller<R> {
         carriage.drive_n(a_pa, b_pa)
             - self.axis.friction_terms.constant_force_n
             - carriage.unknown_force_n(body.position_m.value, body.velocity_m_per_s)
+            - carriage.trailing_force_n(body)
     }
 
     fn ahead(&self, state: &mut ControllerState<R>, reference: &Reference<R>) -> Ahead<R> {

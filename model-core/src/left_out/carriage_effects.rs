@@ -1,7 +1,7 @@
 //! The effects that live in the carriage's own step, together.
 
 use super::{
-    DirectionDependentFriction, DwellStiction, ElasticBuffer, LoadCoupling,
+    DirectionDependentFriction, DwellStiction, ElasticBuffer, ForceEquation, LoadCoupling,
     PositionDependentFriction, UnknownForce,
 };
 use crate::carriage::CarriageState;
@@ -24,6 +24,8 @@ pub struct CarriageEffects<R> {
     pub elastic_buffer: ElasticBuffer<R>,
     /// `unknown-force`.
     pub unknown_force: UnknownForce<R>,
+    /// `force-equation`.
+    pub force_equation: ForceEquation<R>,
 }
 
 impl<R: Real> CarriageEffects<R> {
@@ -36,6 +38,7 @@ impl<R: Real> CarriageEffects<R> {
             load: LoadCoupling::NEUTRAL,
             elastic_buffer: ElasticBuffer::NEUTRAL,
             unknown_force: UnknownForce::neutral(),
+            force_equation: ForceEquation::neutral(),
         }
     }
 
@@ -47,7 +50,8 @@ impl<R: Real> CarriageEffects<R> {
             && self.dwell_stiction.is_neutral()
             && self.load.is_neutral()
             && self.elastic_buffer.is_neutral()
-            && self.unknown_force.is_neutral();
+            && self.unknown_force.is_neutral()
+            && self.force_equation.is_neutral();
         (!neutral).then_some(self)
     }
 
@@ -67,6 +71,16 @@ impl<R: Real> CarriageEffects<R> {
             .direction_friction
             .levels(levels, bristle, velocity, deflection);
         self.dwell_stiction.levels(levels, state.contact_age)
+    }
+
+    /// The force that no law with a name has, of place and velocity, against +x, N.
+    #[inline]
+    pub fn unnamed_force_n(&self, position_m: R, velocity_m_per_s: R) -> R {
+        let tabled_n = self.unknown_force.force_n(position_m, velocity_m_per_s);
+        if self.force_equation.is_neutral() {
+            return tabled_n;
+        }
+        tabled_n + self.force_equation.force_n(position_m, velocity_m_per_s)
     }
 
     /// The age of the seal's contact after a step that ends at a velocity.

@@ -164,6 +164,9 @@ impl Nameplate {
             constant_n: 0.0,
             load: None,
             cable: None,
+            spring: None,
+            cogging: None,
+            drift_n_per_s: 0.0,
             disturbance: None,
             half_stroke_m: 0.5 * STROKE_M,
         }

@@ -1,7 +1,7 @@
 //! Effects that no verdict has a name for.
 
 use super::{Applied, COMMAND, Draw, Effect, FLOW, FORCE};
-use crate::plant::mechanics::{Cable, Disturbance};
+use crate::plant::mechanics::{Cable, Cogging, Disturbance, Spring};
 
 /// Opening over which a loss of discharge fades.
 const DISCHARGE_FADE_V: f64 = 0.6;
@@ -26,6 +26,9 @@ pub(super) const EFFECTS: &[Effect] = &[
     effect("periodic-force", periodic_force),
     effect("position-sensor-wave", position_sensor_wave),
     effect(SUPPLY_RIPPLE, supply_ripple),
+    effect("stiffening-spring", stiffening_spring),
+    effect("cogging", cogging),
+    effect("cogging-and-drift", cogging_and_drift),
 ];
 
 /// The effect that a recorded supply pressure would give away.
@@ -44,6 +47,61 @@ fn quadratic_friction(draw: &mut Draw<'_>) -> Applied {
     draw.physics.mechanics.friction.quadratic_n_s2_per_m2 = coefficient;
     let parameters = [("quadratic_Ns2_m2", coefficient)];
     Applied::new(FORCE, "v |v|", parameters)
+}
+
+/// So much of the half stroke from its rest it pushes with the drawn force.
+const SPRING_WAY: f64 = 0.6;
+
+fn stiffening_spring(draw: &mut Draw<'_>) -> Applied {
+    let force_n = draw.size([0.3, 4.0, 9.0, 18.0]);
+    let half_m = draw.physics.mechanics.half_stroke_m;
+    let way_m = SPRING_WAY * half_m;
+    let of_cube = draw.random.between(0.5, 1.0);
+    let spring = Spring {
+        n_per_m: (1.0 - of_cube) * force_n / way_m,
+        n_per_m3: of_cube * force_n / (way_m * way_m * way_m),
+        rest_m: draw.random.between(-0.2, 0.2) * half_m,
+    };
+    draw.physics.mechanics.spring = Some(spring);
+    let parameters = [
+        ("spring_N_m", spring.n_per_m),
+        ("stiffening_N_m3", spring.n_per_m3),
+        ("rest_m", spring.rest_m),
+    ];
+    Applied::new(FORCE, "k x + k3 x^3", parameters)
+}
+
+fn cogging(draw: &mut Draw<'_>) -> Applied {
+    let teeth = drawn_cogging(draw);
+    let parameters = [("force_N", teeth.force_n), ("pitch_m", teeth.pitch_m)];
+    Applied::new(FORCE, "sine of the position", parameters)
+}
+
+fn drawn_cogging(draw: &mut Draw<'_>) -> Cogging {
+    let cogging = Cogging {
+        force_n: draw.size([0.2, 2.0, 5.0, 12.0]),
+        pitch_m: draw.random.between(0.012, 0.06),
+        phase_rad: draw.random.between(0.0, core::f64::consts::TAU),
+    };
+    draw.physics.mechanics.cogging = Some(cogging);
+    cogging
+}
+
+fn cogging_and_drift(draw: &mut Draw<'_>) -> Applied {
+    let teeth = drawn_cogging(draw);
+    // Over five seconds it comes to as much as the teeth.
+    let drift_n_per_s = 0.2 * teeth.force_n * draw.random.sign();
+    draw.physics.mechanics.drift_n_per_s = drift_n_per_s;
+    let parameters = [
+        ("drift_N_s", drift_n_per_s),
+        ("force_N", teeth.force_n),
+        ("pitch_m", teeth.pitch_m),
+    ];
+    Applied::new(
+        FORCE,
+        "sine of the position, and linear in time",
+        parameters,
+    )
 }
 
 fn null_drift(draw: &mut Draw<'_>) -> Applied {

@@ -49,6 +49,28 @@ pub struct Cable {
     pub path_m: f64,
 }
 
+/// A spring that stiffens: a hose that is bent, a chain of cables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Stiffness at its rest.
+    pub n_per_m: f64,
+    /// Stiffness that grows with the square of the way.
+    pub n_per_m3: f64,
+    /// Where it pushes nothing.
+    pub rest_m: f64,
+}
+
+/// A force that repeats along the way: teeth, a magnetic band.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cogging {
+    /// Amplitude.
+    pub force_n: f64,
+    /// Way after which it repeats.
+    pub pitch_m: f64,
+    /// Its phase at position 0, rad.
+    pub phase_rad: f64,
+}
+
 /// A force that varies with time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbance {
@@ -71,6 +93,12 @@ pub struct Mechanics {
     pub load: Option<Load>,
     /// A dragged cable.
     pub cable: Option<Cable>,
+    /// A spring that stiffens.
+    pub spring: Option<Spring>,
+    /// A force that repeats along the way.
+    pub cogging: Option<Cogging>,
+    /// A force that grows with the time since the recording began, N/s.
+    pub drift_n_per_s: f64,
     /// A force that varies with time.
     pub disturbance: Option<Disturbance>,
     /// Half the stroke: beyond it the piston meets its stop.
@@ -132,7 +160,11 @@ impl Mechanics {
             difference_pa: push.difference_pa,
         };
         let slip = self.friction.slip(&surroundings, &state.contact);
-        let outside_n = push.force_n - self.constant_n - self.disturbance_n(time_s + 0.5 * dt_s);
+        let middle_s = time_s + 0.5 * dt_s;
+        let outside_n = push.force_n
+            - self.constant_n
+            - self.drift_n_per_s * middle_s
+            - self.disturbance_n(middle_s);
         let carriage_kg = self.mass_kg - self.load.map_or(0.0, |load| load.mass_kg);
         let mut next = *state;
         let mut mean_m_per_s = state.speed_m_per_s;
@@ -143,8 +175,11 @@ impl Mechanics {
                     .advance(&slip, &state.contact, mean_m_per_s, dt_s);
             let middle_m = state.position_m + 0.5 * dt_s * mean_m_per_s;
             let cable = self.drag(state.cable_n, mean_m_per_s * dt_s);
-            let mut force_n =
-                outside_n - friction_n - cable.mean - self.stop_n(middle_m, mean_m_per_s);
+            let mut force_n = outside_n
+                - friction_n
+                - cable.mean
+                - self.of_place_n(middle_m)
+                - self.stop_n(middle_m, mean_m_per_s);
             if let Some(load) = &self.load {
                 let load_middle_m = state.load_m + 0.5 * dt_s * load_mean_m_per_s;
                 let coupling_n =
@@ -177,6 +212,19 @@ impl Mechanics {
         } else {
             0.0
         }
+    }
+
+    /// Force against `+x` of the place alone.
+    fn of_place_n(&self, position_m: f64) -> f64 {
+        let spring_n = self.spring.map_or(0.0, |spring| {
+            let way_m = position_m - spring.rest_m;
+            (spring.n_per_m + spring.n_per_m3 * way_m * way_m) * way_m
+        });
+        let cogging_n = self.cogging.map_or(0.0, |cogging| {
+            let turns = position_m / cogging.pitch_m;
+            cogging.force_n * libm::sin(2.0 * core::f64::consts::PI * turns + cogging.phase_rad)
+        });
+        spring_n + cogging_n
     }
 
     fn drag(&self, now_n: f64, travel_m: f64) -> Relaxation {

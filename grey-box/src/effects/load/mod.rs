@@ -3,6 +3,7 @@
 pub mod constant_force;
 mod coupling;
 pub mod end_cushion;
+pub mod force_equation;
 pub mod load_backlash;
 pub mod load_compliance;
 pub mod unknown_force;

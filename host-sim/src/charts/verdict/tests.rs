@@ -66,6 +66,7 @@ fn verdict(kind: Kind, holds: Holds) -> Verdict {
         expression: "drifts".into(),
         unit: "Pa".into(),
         table: vec![(0.0, 1.0, 0.1)],
+        equation: None,
     };
     let located = Located {
         place: "supply".into(),
