@@ -278,7 +278,7 @@ impl MechanicalEffects {
             field("mechanical_effects.unknown_force_to", self.unknown_force_to, -100.0, 100.0),
             field("mechanical_effects.spring_n_per_m", self.spring_n_per_m, -1e4, 1e4),
             field("mechanical_effects.stiffening_n_per_m3", self.stiffening_n_per_m3, -1e6, 1e6),
-            field("mechanical_effects.spring_rest_m", self.spring_rest_m, -farthest_m, farthest_m),
+            field("mechanical_effects.spring_rest_m", self.spring_rest_m, -10.0, 10.0),
             field("mechanical_effects.drag_n_s2_per_m2", self.drag_n_s2_per_m2, 0.0, 1e3),
             field("mechanical_effects.pitch_sine_n", self.pitch_sine_n, -200.0, 200.0),
             field("mechanical_effects.pitch_cosine_n", self.pitch_cosine_n, -200.0, 200.0),

@@ -492,11 +492,11 @@ mod tests {
     use crate::random::Noise;
     use std::f64::consts::TAU;
 
-    const ROWS: usize = 1200;
+    const ROWS: usize = 600;
 
     /// Three recordings of a place that swings with two frequencies, and its velocity.
     fn motion() -> [Variable; 3] {
-        let time = |row: usize| row as f64 * 5e-3;
+        let time = |row: usize| row as f64 * 10e-3;
         let each = |of: &dyn Fn(f64, f64) -> f64| -> Vec<Vec<f64>> {
             let recording = |phase: f64| {
                 (0..ROWS)
