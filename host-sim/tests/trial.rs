@@ -3,11 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests, too")]
 
 use host_sim::report::Provenance;
+use host_sim::trial::equation::forms;
 use host_sim::trial::judge::judge;
 use host_sim::trial::materiality::{Materiality, weigh};
 use host_sim::trial::others::other;
 use host_sim::trial::plan::{Class, Planned};
-use host_sim::trial::said::{Named, Said, Word};
+use host_sim::trial::said::{Named, Said, SaidEquation, Size, UnknownTerm, Word};
 use host_sim::trial::seal::Opened;
 use host_sim::trial::{CaseResult, Scorecard, Setting, markdown, page, plan, seal};
 use std::fs;
@@ -55,11 +56,20 @@ fn truth_said(planned: &Planned) -> Said {
     let truth = planned.request().unwrap().truth();
     let of_no_list = truth.effects.iter().find(|effect| !effect.on_list);
     if let Some(effect) = of_no_list {
-        let text = format!(
-            r#"{{"verdict": "unknown", "unknown_term": {{"place": "{}"}}}}"#,
-            effect.places[0]
-        );
-        return serde_json::from_str(&text).unwrap();
+        let numbers = forms(&effect.name).iter();
+        let parameters = numbers.map(|name| ((*name).to_owned(), Size::default()));
+        let equation = SaidEquation {
+            parameters: parameters.collect(),
+        };
+        return Said {
+            verdict: Word::Unknown,
+            unknown_term: Some(UnknownTerm {
+                place: effect.places[0].clone(),
+                equation: Some(equation),
+                ..UnknownTerm::default()
+            }),
+            ..Said::default()
+        };
     }
     let named = truth.effects.iter().map(|effect| Named {
         effect: effect.name.clone(),

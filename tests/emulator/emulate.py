@@ -4,6 +4,7 @@ Exit status 1 where the program misused a unit, or the run ended early.
 """
 
 import argparse
+import collections
 import json
 import socket
 import struct
@@ -116,7 +117,10 @@ class Plant(World):
         self.line.settimeout(PLANT_WITHIN_S)
         self.line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.incoming, self.waiting = link.Frames(), []
-        self.sample = None
+        self.sample, self.is_sampled = None, False
+        # Samples that the board has answered and not yet told of, each with its command.
+        self.unrecorded = collections.deque()
+        self.last_told = bytes(18)
         self.transcript = []
         self.hello = None
 
@@ -128,23 +132,39 @@ class Plant(World):
     def ticks(self):
         self.chip.rule(not self.chip.usart.incoming, "model: a reference came later than its tick")
         self.codes = struct.unpack_from("<5H", self.sample, 5)
+        self.is_sampled = True
+
+    def commanded(self, code):
+        super().commanded(code)
+        if self.is_sampled:
+            self.is_sampled = False
+            self.unrecorded.append((self.sample, code))
+            self._answer(code)
 
     def told(self, payload):
         super().told(payload)
         if payload[0] == link.HELLO:
             self.hello = payload
             self.line.sendall(link.encode(payload))
-        elif payload[0] == link.TICK and self.sample is not None:
-            self._answer(payload)
+        elif payload[0] == link.TICK and self.unrecorded:
+            self._record(payload)
 
-    def _answer(self, record):
+    def _answer(self, code):
+        """Tells the plant the command. The line tells the rest of a tick after it, and later still
+        behind a status: of that the plant hears what was told last."""
         (tick,) = struct.unpack_from("<I", self.sample, 1)
-        answer = struct.pack("<HBB", self.commands[-1] << 4, record[21], record[22]) + record[27:43]
-        self.line.sendall(link.encode(struct.pack("<BI", link.COMMAND, tick) + answer))
-        # What the board saw is what a twin is to answer.
-        seen = struct.pack("<BI", link.SAMPLE, tick) + record[9:19] + self.sample[15:27]
-        self.transcript += [seen, struct.pack("<BI", link.COMMAND, tick) + answer]
+        answer = struct.pack("<BIH", link.COMMAND, tick, code << 4) + self.last_told
+        self.line.sendall(link.encode(answer))
         self._next()
+
+    def _record(self, record):
+        """What the board saw is what a twin is to answer."""
+        sample, code = self.unrecorded.popleft()
+        (tick,) = struct.unpack_from("<I", sample, 1)
+        self.last_told = struct.pack("<BB", record[21], record[22]) + record[27:43]
+        seen = struct.pack("<BI", link.SAMPLE, tick) + record[9:19] + sample[15:27]
+        answer = struct.pack("<BIH", link.COMMAND, tick, code << 4) + self.last_told
+        self.transcript += [seen, answer]
 
     def _next(self):
         while True:

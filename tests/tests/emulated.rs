@@ -12,7 +12,7 @@ use host_sim::motion::{Limits, Motion, Segment};
 use host_sim::plant::{Plant, PlantSettings};
 use host_sim::rig::Rig;
 use serde_json::Value;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -163,11 +163,13 @@ fn closes_the_loop(motion: &Motion, ticks: u32) {
     let mut board = RemoteController::greet(stream).expect("the image greets");
     let driven = run(&mut plant, &mut board, &course).expect("a run");
     let line = board.end().expect("the run ends");
-    let status = child.wait().expect("it ends");
     drop(line);
+    let mut told = String::new();
+    said.read_to_string(&mut told).expect("it says what it saw");
+    let status = child.wait().expect("it ends");
     assert!(
         status.success(),
-        "a rule of the chip was broken: cargo xtask emulate"
+        "a rule of the chip was broken (cargo xtask emulate): {told}"
     );
     assert!(driven.first_fault().is_none());
     let furthest_m = driven.rows.iter().map(|row| row.truth.position_m.abs());

@@ -20,8 +20,9 @@ pub struct EquationJudgement {
     pub form_right: bool,
 }
 
-/// The numbers that tell the form of each term of an effect's equation.
-fn forms(effect: &str) -> &'static [&'static str] {
+/// The numbers that tell the form of each term of an effect's equation; none where no recording
+/// holds its variables.
+pub fn forms(effect: &str) -> &'static [&'static str] {
     match effect {
         "cable-drag" => &["position.path"],
         "quadratic-friction" => &["velocity.square"],

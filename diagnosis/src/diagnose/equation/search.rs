@@ -19,6 +19,8 @@ const WORTH_AN_EQUATION: f64 = 0.5;
 /// Part of the amplitude that a form explains by which it may be off itself (chosen): real springs and
 /// seals are of no form exactly.
 const ERROR_OF_FORM: f64 = 0.1;
+/// Fewer samples tell no form (chosen).
+const FEWEST_SAMPLES: usize = 30;
 /// Parts of the samples that are left out in turn.
 const FOLDS: usize = 5;
 /// A column that differs from others by less than this part of its energy is none of its own.
@@ -70,6 +72,9 @@ struct Solved {
 /// The equation of fewest terms that explains what is missing; `None` where none explains half of
 /// what is above the noise.
 pub fn best(missing: &Missing<'_>) -> Option<Equation> {
+    if missing.samples.len() < FEWEST_SAMPLES {
+        return None;
+    }
     let search = Search { missing };
     let none = search.squares_of_none();
     let mut steps: Vec<Step> = Vec::new();
