@@ -463,7 +463,7 @@ fn with_equation(expression: String, law: &LawDiagnosis) -> String {
         Some(equation) => format!(
             "{expression}; {} explains {} of it in data that were not fitted",
             equation.text(),
-            percent(equation.share)
+            words::percent(equation.share)
         ),
     }
 }

@@ -4,6 +4,7 @@ use crate::report::{Chart, Role, Section, Series};
 use crate::rig::Rig;
 use crate::signals::Reading;
 use diagnosis::diagnose::equation::{Equation, Term};
+use diagnosis::diagnose::words::percent;
 
 /// Height of a chart, CSS pixels.
 const HEIGHT_PX: u32 = 190;
@@ -27,9 +28,9 @@ pub fn equation(section: &mut Section, rig: &Rig, equation: &Equation, standing:
             100.0 * left
         ),
         Standing::Said => format!(
-            "It explains {:.0} % of what is missing in data that it was not fitted to. \
+            "It explains {} of what is missing in data that it was not fitted to. \
              The improved rig does not contain it.",
-            100.0 * equation.share
+            percent(equation.share)
         ),
     };
     section.text(format!(

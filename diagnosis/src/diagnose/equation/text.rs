@@ -87,10 +87,14 @@ impl Term {
 
 /// A number to the digits that its deviation leaves.
 fn known((value, deviation): (f64, f64)) -> String {
-    if deviation.is_finite() && deviation > 0.0 {
+    let known = if deviation.is_finite() && deviation > 0.0 {
         with_deviation(value, deviation)
     } else {
         digits(value)
+    };
+    match known.strip_prefix('-') {
+        Some(size) => format!("−{size}"),
+        None => known,
     }
 }
 
