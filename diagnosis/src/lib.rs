@@ -9,6 +9,7 @@
 
 pub mod compare;
 pub mod diagnose;
+mod golden_section;
 pub mod identify;
 pub mod imprecise;
 pub mod inspect;

@@ -42,16 +42,15 @@ pub(super) fn equation(bench: &Bench<'_>, model: &Fitted) -> Option<Equation> {
         return None;
     }
     let [position, velocity, time] = variables(bench.tracks)?;
-    let windows = Windows::of(bench, model);
-    let sigma = bench.noise.clone();
-    let refit = Refit::new(bench, model, sigma);
+    let refit = Refit::new(bench, model, bench.noise.clone());
+    let windows = Windows::of(bench, &refit.predicted);
     let beside = refit.beside(|columns| windows.sampled(columns));
     let constant = windows.shown(&ones(bench.tracks));
     let shows = |rows: &[Vec<f64>]| windows.shown(rows);
     let left = beside.left_of(&constant);
     let without_constant = |samples: &[f64]| equation::without(samples, &left, &constant);
     let reduced = |samples: &[f64]| without_constant(&beside.left_of(samples));
-    let (missed, strain) = beside.left_of_missed(&windows.missed(bench, model));
+    let (missed, strain) = beside.left_of_missed(&windows.missed(&refit.predicted));
     let samples = without_constant(&missed);
     let library = vec![
         (Form::Linear, &position),
@@ -123,8 +122,7 @@ struct Windows {
 }
 
 impl Windows {
-    fn of(bench: &Bench<'_>, model: &Fitted) -> Self {
-        let predicted = bench.predicted_on(model, bench.tracks);
+    fn of(bench: &Bench<'_>, predicted: &[Columns]) -> Self {
         let mut windows = Vec::new();
         for (recording, columns) in predicted.iter().enumerate() {
             for output in (0..columns.len()).filter(|&output| !bench.is_of_events(output)) {
@@ -156,10 +154,9 @@ impl Windows {
         self.windows.iter().map(at).collect()
     }
 
-    /// What the balance lacks with a model.
-    fn missed(&self, bench: &Bench<'_>, model: &Fitted) -> Vec<f64> {
-        let predicted = bench.predicted_on(model, bench.tracks);
-        let mut samples = self.sampled(&predicted);
+    /// What the balance lacks where a model predicts this.
+    fn missed(&self, predicted: &[Columns]) -> Vec<f64> {
+        let mut samples = self.sampled(predicted);
         samples.iter_mut().for_each(|sample| *sample = -*sample);
         samples
     }

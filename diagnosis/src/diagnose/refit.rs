@@ -138,14 +138,14 @@ pub(super) struct Beside {
 impl Beside {
     /// What they leave of a change.
     pub(super) fn left_of(&self, samples: &[f64]) -> Vec<f64> {
-        self.less(samples, &self.pushes(samples))
+        self.less(samples, &(&self.inverse_curvature * self.pushes(samples)))
     }
 
     /// What they leave of what the model misses, where it was fitted in other weights: priors pull.
     /// And what these then cost.
     pub(super) fn left_of_missed(&self, samples: &[f64]) -> (Vec<f64>, f64) {
         let pushes = self.pushes(samples) + &self.pull_of_priors;
-        let step = &self.inverse_curvature * &pushes;
+        let step = &self.inverse_curvature * pushes;
         let costs = step.iter().zip(&self.pull_of_priors).zip(&self.priors);
         let cost = |((step, pull), weight): ((&f64, &f64), &f64)| {
             if *weight > 0.0 {
@@ -154,7 +154,7 @@ impl Beside {
                 0.0
             }
         };
-        (self.less(samples, &pushes), costs.map(cost).sum())
+        (self.less(samples, &step), costs.map(cost).sum())
     }
 
     fn pushes(&self, samples: &[f64]) -> DVector<f64> {
@@ -165,10 +165,10 @@ impl Beside {
         DVector::from_iterator(self.slopes.len(), self.slopes.iter().map(push))
     }
 
-    fn less(&self, samples: &[f64], pushes: &DVector<f64>) -> Vec<f64> {
-        let step = &self.inverse_curvature * pushes;
+    /// Samples after a step of the parameters.
+    fn less(&self, samples: &[f64], step: &DVector<f64>) -> Vec<f64> {
         let mut left = samples.to_vec();
-        for (slope, step) in self.slopes.iter().zip(&step) {
+        for (slope, step) in self.slopes.iter().zip(step) {
             for (left, slope) in left.iter_mut().zip(slope) {
                 *left -= step * slope;
             }

@@ -6,7 +6,8 @@
 
 use super::areas::Problem;
 use super::balance::{ChamberRows, MARGIN_S};
-use super::{Alignment, COARSE_V, Search, least};
+use super::{Alignment, COARSE_V, SEARCH_TOLERANCE, Search};
+use crate::golden_section::least_within;
 use crate::laws::Track;
 use crate::model::Side;
 use crate::rig::Rig;
@@ -122,5 +123,6 @@ fn least_of_many((from, to): (f64, f64), cost: impl Fn(f64) -> f64) -> f64 {
     let costs: Vec<f64> = (0..PLACES).map(|index| cost(place(index))).collect();
     let best = (0..PLACES).min_by(|one, other| costs[*one].total_cmp(&costs[*other]));
     let at = place(best.unwrap_or_default());
-    least(((at - apart).max(from), (at + apart).min(to)), cost)
+    let nearby = ((at - apart).max(from), (at + apart).min(to));
+    least_within(nearby, SEARCH_TOLERANCE, cost)
 }

@@ -32,6 +32,7 @@ use areas::{Areas, Grid, Problem};
 pub(crate) use balance::at_row;
 use balance::{Axis, ChamberRows, Recorded};
 
+use crate::golden_section::least_within;
 use crate::laws::Track;
 use crate::model::Values;
 use crate::rig::Rig;
@@ -167,18 +168,18 @@ impl<'a> Search<'a> {
             |rows: &[ChamberRows], at| Problem::new(&grid, dead_volumes_m3, rows, at).misfit();
         let at = &mut self.at;
         for _ in 0..TURNS {
-            at.lag_s = least((0.0, LONGEST_LAG_S), |lag_s| {
+            at.lag_s = least_within((0.0, LONGEST_LAG_S), SEARCH_TOLERANCE, |lag_s| {
                 misfit(&rows, Alignment { lag_s, ..*at })
             });
             let within_v = (self.null_v - NULL_SEARCH_V, self.null_v + NULL_SEARCH_V);
-            at.null_v = least(within_v, |null_v| {
+            at.null_v = least_within(within_v, SEARCH_TOLERANCE, |null_v| {
                 misfit(&rows, Alignment { null_v, ..*at })
             });
         }
         let at = self.at;
         let with_ratio = |ratio: f64| self.axis.clone().with_critical_pressure_ratio(ratio);
         let of_ratio = |ratio: f64| misfit(&self.rows(&with_ratio(ratio), 0.0), at);
-        self.axis = with_ratio(least(CRITICAL_RATIOS, of_ratio));
+        self.axis = with_ratio(least_within(CRITICAL_RATIOS, SEARCH_TOLERANCE, of_ratio));
     }
 
     fn areas(&self, finest_v: f64) -> (Grid, Areas) {
@@ -187,24 +188,4 @@ impl<'a> Search<'a> {
         let areas = Problem::new(&grid, self.axis.dead_volumes_m3(), &rows, self.at).solved();
         (grid, areas)
     }
-}
-
-/// The place of the least of a function with one valley, by golden section.
-fn least((mut from, mut to): (f64, f64), cost: impl Fn(f64) -> f64) -> f64 {
-    const SECTION: f64 = 0.618_033_988_749_894_9;
-    let tolerance = SEARCH_TOLERANCE * (to - from);
-    let (mut left, mut right) = (to - SECTION * (to - from), from + SECTION * (to - from));
-    let (mut at_left, mut at_right) = (cost(left), cost(right));
-    while to - from > tolerance {
-        if at_left <= at_right {
-            (to, right, at_right) = (right, left, at_left);
-            left = to - SECTION * (to - from);
-            at_left = cost(left);
-        } else {
-            (from, left, at_left) = (left, right, at_right);
-            right = from + SECTION * (to - from);
-            at_right = cost(right);
-        }
-    }
-    0.5 * (from + to)
 }

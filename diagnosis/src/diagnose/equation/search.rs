@@ -4,6 +4,7 @@ use super::Equation;
 use super::forms::{Form, Variable};
 use super::term::Term;
 use crate::diagnose::fitted::integrated_autocorrelation;
+use crate::golden_section::least_within;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -25,8 +26,8 @@ const FEWEST_SAMPLES: usize = 30;
 const FOLDS: usize = 5;
 /// A column that differs from others by less than this part of its energy is none of its own.
 const SAME: f64 = 1e-9;
-/// Steps by which a form's own number is refined: each leaves 0.62 of the interval.
-const REFINEMENTS: usize = 24;
+/// A form's own number is refined to this part of the steps in which it was tried.
+const REFINED_TO: f64 = 1e-5;
 
 /// What is missing in samples, and how a term would show there.
 pub struct Missing<'m> {
@@ -342,7 +343,7 @@ impl Search<'_, '_> {
                 (one.min(least), one.max(most))
             });
             let (from, to) = ((centre - step).max(least), (centre + step).min(most));
-            let shape = least_within(from, to, squares);
+            let shape = least_within((from, to), REFINED_TO, squares);
             if let Some(better) = with(shape).filter(|one| one.squares <= solved.squares) {
                 solved = better;
             }
@@ -465,30 +466,6 @@ pub fn without(samples: &[f64], direction: &[f64], shows: &[f64]) -> Vec<f64> {
 
 fn dot(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(a, b)| a * b).sum()
-}
-
-/// Where a function is least within an interval (golden section).
-fn least_within(from: f64, to: f64, of: impl Fn(f64) -> f64) -> f64 {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut low, mut high) = (from, to);
-    let inner = |low: f64, high: f64| {
-        let reach = golden * (high - low);
-        (high - reach, low + reach)
-    };
-    let (mut left, mut right) = inner(low, high);
-    let (mut at_left, mut at_right) = (of(left), of(right));
-    for _ in 0..REFINEMENTS {
-        if at_left < at_right {
-            (high, right, at_right) = (right, left, at_left);
-            left = inner(low, high).0;
-            at_left = of(left);
-        } else {
-            (low, left, at_left) = (left, right, at_right);
-            right = inner(low, high).1;
-            at_right = of(right);
-        }
-    }
-    0.5 * (low + high)
 }
 
 #[cfg(test)]
