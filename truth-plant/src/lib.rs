@@ -7,8 +7,10 @@
 //!
 //! - [`plant`]: the axis, steppable at 1 kHz by a controller;
 //! - [`effects`]: what an axis may hold beyond the laws of its rig file;
-//! - [`case`]: rig file, recordings and truth, drawn from a seed.
+//! - [`case`]: rig file, recordings and truth, drawn from a seed;
+//! - [`bench`]: the test benches on which single laws of the axis are measured.
 
+pub mod bench;
 pub mod case;
 pub mod effects;
 pub mod plant;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
+use truth_plant::bench::{self, BenchCase, Experiment};
 use truth_plant::{Case, Kind, Nature, Request, Strength};
 
 /// Draws a rig with concealed physics and writes its recordings.
@@ -16,8 +17,12 @@ struct Arguments {
     seed: u64,
     /// single, pair, onset, nothing, parameters, dirty, other-form, off-list or
     /// unobservable.
-    #[arg(long)]
-    kind: Kind,
+    #[arg(long, required_unless_present = "bench")]
+    kind: Option<Kind>,
+    /// A test bench in place of a kind: valve-flow, vessel-flow, spool, heat-transfer, friction,
+    /// presliding or dead-volume.
+    #[arg(long, conflicts_with_all = ["kind", "nature", "effect", "strength", "noise"])]
+    bench: Option<Experiment>,
     /// laboratory, where the rig file's laws hold exactly, or shop-floor, where they hold nearly.
     #[arg(long, default_value_t = Nature::Laboratory)]
     nature: Nature,
@@ -53,7 +58,11 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    let mut request = Request::new(arguments.seed, arguments.kind).with_nature(arguments.nature);
+    if let Some(experiment) = arguments.bench {
+        return write_bench(&bench::draw(experiment, arguments.seed), &arguments.out);
+    }
+    let kind = arguments.kind.ok_or("neither --kind nor --bench")?;
+    let mut request = Request::new(arguments.seed, kind).with_nature(arguments.nature);
     if let Some(name) = &arguments.effect {
         request = request.with_effect(name)?;
     }
@@ -74,16 +83,40 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 }
 
 fn write(case: &Case, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let recordings = case.train.iter().chain(&case.held_out);
+    write_files(
+        folder,
+        &case.rig_toml,
+        recordings,
+        &case.truth.practice_json()?,
+    )
+}
+
+fn write_bench(case: &BenchCase, folder: &Path) -> Result<(), Box<dyn Error>> {
+    write_files(
+        folder,
+        &case.rig_toml,
+        &case.recordings,
+        &case.truth_json()?,
+    )
+}
+
+fn write_files<'a>(
+    folder: &Path,
+    rig_toml: &str,
+    recordings: impl IntoIterator<Item = &'a (String, String)>,
+    truth_json: &str,
+) -> Result<(), Box<dyn Error>> {
     let put = |name: &str, text: &str| {
         let path = folder.join(name);
         fs::write(&path, text).map_err(|error| format!("cannot write {}: {error}", path.display()))
     };
     fs::create_dir_all(folder)
         .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
-    put("rig.toml", &case.rig_toml)?;
-    for (name, text) in case.train.iter().chain(&case.held_out) {
+    put("rig.toml", rig_toml)?;
+    for (name, text) in recordings {
         put(name, text)?;
     }
-    put("truth.json", &case.truth.practice_json()?)?;
+    put("truth.json", truth_json)?;
     Ok(())
 }

@@ -24,6 +24,10 @@ pub(crate) enum Purpose {
     Nature,
     /// When an effect is present in the recording with this position.
     Onset(usize),
+    /// What a test bench needs beyond the axis: its draws with this number.
+    Bench(usize),
+    /// The noise of a bench's channel with this number.
+    BenchNoise(usize),
 }
 
 /// A signal with noise of its own.
@@ -47,6 +51,8 @@ impl Purpose {
             Self::Excitation(recording) => (4, recording),
             Self::Onset(recording) => (5, recording),
             Self::Noise(recording, signal) => (6 + signal as u64, recording),
+            Self::Bench(draws) => (11, draws),
+            Self::BenchNoise(channel) => (12, channel),
         };
         (family << 32) | index as u64
     }

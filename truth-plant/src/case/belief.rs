@@ -270,22 +270,22 @@ fn measured(nameplate: &Nameplate, departure: &Departure) -> Vec<f64> {
     areas.collect()
 }
 
-fn section(text: &mut String, name: &str) {
+pub(crate) fn section(text: &mut String, name: &str) {
     // Writing into a String cannot fail.
     let _ = write!(text, "\n[{name}]\n");
 }
 
-fn line(text: &mut String, key: &str, value: &str) {
+pub(crate) fn line(text: &mut String, key: &str, value: &str) {
     let _ = writeln!(text, "{key} = {value}");
 }
 
 /// The value with that many significant digits, always as a TOML float.
-fn significant(value: f64, digits: usize) -> String {
+pub(crate) fn significant(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     format!("{rounded:?}")
 }
 
-fn table(values: &[f64]) -> String {
+pub(crate) fn table(values: &[f64]) -> String {
     let items: Vec<String> = values.iter().map(|value| significant(*value, 4)).collect();
     format!("[{}]", items.join(", "))
 }

@@ -1,9 +1,9 @@
 //! A case: what a rig truly is, what its engineer believes, and recordings.
 
-mod belief;
+pub(crate) mod belief;
 mod excitation;
 mod kind;
-mod nameplate;
+pub(crate) mod nameplate;
 mod nature;
 mod truth;
 

@@ -13,43 +13,43 @@ use crate::plant::valve::{AreaCurve, Areas, CommandPath, OPENINGS_V};
 use crate::random::Random;
 
 /// Constants of the seed paper's axis that all rigs share and know.
-pub(super) const STROKE_M: f64 = 0.5;
-pub(super) const BORE_M: f64 = 0.025;
-pub(super) const AREA_M2: f64 = 4.909e-4;
-pub(super) const LAMINAR_RATIO: f64 = 0.985;
-pub(super) const BRISTLE_STIFFNESS_N_M: f64 = 9.14e5;
-pub(super) const BRISTLE_DAMPING_NS_M: f64 = 1327.0;
-pub(super) const AMBIENT: Node = Node {
+pub(crate) const STROKE_M: f64 = 0.5;
+pub(crate) const BORE_M: f64 = 0.025;
+pub(crate) const AREA_M2: f64 = 4.909e-4;
+pub(crate) const LAMINAR_RATIO: f64 = 0.985;
+pub(crate) const BRISTLE_STIFFNESS_N_M: f64 = 9.14e5;
+pub(crate) const BRISTLE_DAMPING_NS_M: f64 = 1327.0;
+pub(crate) const AMBIENT: Node = Node {
     pressure_pa: 101_325.0,
     temperature_k: 293.15,
 };
 
 /// Noise of the sensors at a multiplier of 1.
-pub(super) const PRESSURE_NOISE_PA: f64 = 250.0;
-pub(super) const POSITION_NOISE_M: f64 = 4e-6;
-pub(super) const SPEED_NOISE_M_S: f64 = 1.5e-3;
+pub(crate) const PRESSURE_NOISE_PA: f64 = 250.0;
+pub(crate) const POSITION_NOISE_M: f64 = 4e-6;
+pub(crate) const SPEED_NOISE_M_S: f64 = 1.5e-3;
 
 /// The values that differ from rig to rig.
 #[derive(Clone, Debug)]
-pub(super) struct Nameplate {
-    pub(super) mass_kg: f64,
-    pub(super) dead_volume_m3: [f64; 2],
-    pub(super) supply_pa: f64,
-    pub(super) null_v: f64,
-    pub(super) curve: AreaCurve,
-    pub(super) asymmetry: f64,
-    pub(super) critical_ratio: f64,
-    pub(super) coulomb_n: f64,
-    pub(super) static_n: f64,
-    pub(super) viscous_n_s_per_m: f64,
-    pub(super) stribeck_m_per_s: f64,
-    pub(super) charging_w_per_m2_k: f64,
-    pub(super) discharging_w_per_m2_k: f64,
+pub(crate) struct Nameplate {
+    pub(crate) mass_kg: f64,
+    pub(crate) dead_volume_m3: [f64; 2],
+    pub(crate) supply_pa: f64,
+    pub(crate) null_v: f64,
+    pub(crate) curve: AreaCurve,
+    pub(crate) asymmetry: f64,
+    pub(crate) critical_ratio: f64,
+    pub(crate) coulomb_n: f64,
+    pub(crate) static_n: f64,
+    pub(crate) viscous_n_s_per_m: f64,
+    pub(crate) stribeck_m_per_s: f64,
+    pub(crate) charging_w_per_m2_k: f64,
+    pub(crate) discharging_w_per_m2_k: f64,
 }
 
 impl Nameplate {
     /// Ranges a third wider than those of the practice rigs.
-    pub(super) fn draw(random: &mut Random) -> Self {
+    pub(crate) fn draw(random: &mut Random) -> Self {
         let coulomb_n = random.between(13.0, 38.0);
         Self {
             mass_kg: random.between(1.3, 5.0),
@@ -78,7 +78,7 @@ impl Nameplate {
     }
 
     /// The plant that the rig file's laws describe completely.
-    pub(super) fn physics(&self, noise: f64) -> Physics {
+    pub(crate) fn physics(&self, noise: f64) -> Physics {
         Physics {
             command: CommandPath::default(),
             areas: Areas {
@@ -176,7 +176,7 @@ impl Nameplate {
 impl Nameplate {
     /// The true values under the names that the practice rigs' `truth.json`
     /// has, as the effects leave them.
-    pub(super) fn named_values(&self, physics: &Physics) -> BTreeMap<String, f64> {
+    pub(crate) fn named_values(&self, physics: &Physics) -> BTreeMap<String, f64> {
         let network = &physics.network;
         [
             ("thermal", 1.0),
