@@ -14,11 +14,13 @@ const GAUGE_PA: f64 = 3e5;
 const AMPLITUDES_M: [f64; 5] = [4e-6, 8e-6, 15e-6, 30e-6, 60e-6];
 /// Time in which the machine turns round.
 const CHANGE_S: f64 = 0.02;
+/// The interferometer.
 const POSITION_NOISE_M: f64 = 0.1e-6;
 const POSITION_STEP_M: f64 = 0.05e-6;
+/// Noise and step of a load cell that was set to zero before, and how far its
+/// zero moves.
 const FORCE_NOISE_N: f64 = 0.2;
 const FORCE_STEP_N: f64 = 0.03;
-const FORCE_ZERO_N: f64 = 1.0;
 const FORCE_DRIFT_N: f64 = 0.2;
 
 pub(super) fn draw(setup: &mut Setup) -> BenchCase {
@@ -87,7 +89,6 @@ fn record(noises: Noises, moments: &[Moment]) -> (String, String) {
     let duration_s = moments.len() as f64 / ROWS_PER_S;
     let mut position = Channel::new(noises.of(0, 0), POSITION_NOISE_M, POSITION_STEP_M);
     let mut force = Channel::new(noises.of(0, 1), FORCE_NOISE_N, FORCE_STEP_N)
-        .with_zero(FORCE_ZERO_N)
         .with_drift(FORCE_DRIFT_N, duration_s);
     let mut pressures = [2, 3].map(|channel| noises.pressure(0, channel));
     let mut file = Recording::new("reversals.csv", "t_s,x_um,force_N,pa_bar,pb_bar");
