@@ -8,7 +8,7 @@
 //! - [`plant`]: the axis, steppable at 1 kHz by a controller;
 //! - [`effects`]: what an axis may hold beyond the laws of its rig file;
 //! - [`case`]: rig file, recordings and truth, drawn from a seed;
-//! - [`bench`]: the test benches on which single laws of the axis are measured.
+//! - [`mod@bench`]: the test benches on which single laws of the axis are measured.
 
 pub mod bench;
 pub mod case;

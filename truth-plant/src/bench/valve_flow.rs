@@ -11,8 +11,11 @@ const ROWS_PER_S: f64 = 200.0;
 const ROWS_PER_LEVEL: usize = 200;
 /// What the engineer takes for the null.
 const NULL_V: f64 = 5.0;
-/// Pressure at port A while the command is stepped.
+/// Pressure at port A while the command is stepped: 5 bar gauge, and less
+/// where the supply is low. Supplies begin at 6 bar absolute, from which next
+/// to nothing would flow into 5 bar gauge.
 const PORT_PA: f64 = AMBIENT.pressure_pa + 5e5;
+const HIGHEST_RATIO: f64 = 0.8;
 /// Openings whose areas are in the truth.
 const OPENINGS_V: [f64; 6] = [0.5, 1.0, 2.0, 3.0, 4.0, 4.5];
 /// Openings and steps of the sweep of the pressure ratio.
@@ -36,9 +39,10 @@ const METER_DRIFT_L_MIN: f64 = 0.3;
 type Level = (f64, f64);
 
 pub(super) fn draw(setup: &mut Setup) -> BenchCase {
+    let supply_pa = setup.axis.nameplate.supply_pa;
     let runs = [
-        ("staircase.csv", staircase()),
-        ("ratio.csv", sweep(setup.axis.nameplate.supply_pa)),
+        ("staircase.csv", staircase(supply_pa)),
+        ("ratio.csv", sweep(supply_pa)),
     ];
     let mut recordings = Vec::new();
     for (recording, (name, levels)) in runs.iter().enumerate() {
@@ -58,7 +62,8 @@ pub(super) fn draw(setup: &mut Setup) -> BenchCase {
 }
 
 /// Steps of 0.5 V, and of 0.05 V within 0.6 V of the null.
-fn staircase() -> Vec<Level> {
+fn staircase(supply_pa: f64) -> Vec<Level> {
+    let port_pa = PORT_PA.min(HIGHEST_RATIO * supply_pa);
     let coarse = (-10_i32..=10).map(|step| 0.5 * f64::from(step));
     let fine = (-12_i32..=12).map(|step| 0.05 * f64::from(step));
     let mut openings_v: Vec<f64> = coarse
@@ -68,7 +73,7 @@ fn staircase() -> Vec<Level> {
     openings_v.sort_by(f64::total_cmp);
     openings_v
         .iter()
-        .map(|opening_v| (command_v(NULL_V + opening_v), PORT_PA))
+        .map(|opening_v| (command_v(NULL_V + opening_v), port_pa))
         .collect()
 }
 
