@@ -14,10 +14,11 @@ const STEPS_PER_ROW: usize = 20;
 const GAUGE_PA: f64 = 3e5;
 /// Time at each place.
 const HELD_S: f64 = 8.0;
-/// Places over half the stroke, in the order of a hand that works its way
-/// out. Beyond 0.7 the smaller chamber would leave the range of a 10 bar
-/// transmitter and the strength of a hand.
-const PLACES: [f64; 6] = [0.25, -0.25, 0.5, -0.5, 0.7, -0.7];
+/// Places over half the stroke. Beyond 0.63 the smaller chamber would leave
+/// the range of a transmitter for 10 bar gauge, and the strength of a hand.
+const PLACES: [f64; 6] = [0.2, 0.4, 0.6, -0.2, -0.4, -0.6];
+/// Time of a push: slow enough for most of the heat to leave on the way.
+const PUSH_S: [f64; 2] = [2.0, 3.5];
 /// Each place is met to within this share of half the stroke.
 const MISSED: f64 = 0.03;
 
@@ -43,7 +44,7 @@ fn travel(random: &mut Random) -> Travel {
     let mut before_m = 0.0;
     for place in PLACES {
         let place_m = 0.5 * STROKE_M * (place + random.between(-MISSED, MISSED));
-        let push_s = random.between(0.8, 1.6);
+        let push_s = random.between(PUSH_S[0], PUSH_S[1]);
         // A change up and the change down that begins the hold take half of
         // their time each.
         let change_s = 0.4 * push_s;

@@ -1,10 +1,9 @@
 //! Virtual test benches: one experiment for each law of the axis, with the
 //! sensors of a laboratory, and the values that an evaluation should return.
 //!
-//! All benches of a seed carry the same axis ([`axis::Axis`]): what one of them
-//! measures is true on the others. The rig file of a bench is right except for
-//! what the bench is there to measure; that is wrong within its
-//! `[uncertainty]`, or absent.
+//! All benches of a seed carry the same axis: what one of them measures is true
+//! on the others. The rig file of a bench is right except for what the bench is
+//! there to measure; that is wrong within its `[uncertainty]`, or absent.
 
 mod axis;
 mod dead_volume;
