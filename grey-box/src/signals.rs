@@ -39,6 +39,7 @@ pub fn spoken(signal: &str) -> &str {
         "p_b" => "chamber B pressure",
         "p_s" => "supply pressure",
         "p_e" => "exhaust pressure",
+        "spool" => "spool displacement",
         "flow_a" => "chamber A mass flow",
         "flow_b" => "chamber B mass flow",
         "flow_s" => "supply mass flow",

@@ -6,12 +6,14 @@
 //! * `equation.rs`: what is missing, as an equation
 //! * `residuals.rs`: whether a residual is noise
 //! * `parameters.rs`: parameters from prior to posterior
-//! * `verdict.rs`, `fit.rs`, `compare.rs`, `inspection.rs`, `closed_loop.rs`, `valve_flow.rs`: the
+//! * `verdict.rs`, `fit.rs`, `compare.rs`, `inspection.rs`, `closed_loop.rs`, `valve_flow.rs`,
+//!   `bench.rs`: the
 //!   pages of the commands
 //!
 //! The first screen of a page holds its sentence, the sizes, the proof and one plot; all
 //! else is folded.
 
+mod bench;
 mod closed_loop;
 mod compare;
 mod equation;
@@ -24,6 +26,7 @@ mod residuals;
 mod valve_flow;
 mod verdict;
 
+pub use bench::{bench_page, chart};
 pub use closed_loop::closed_loop_page;
 pub use compare::compare_page;
 pub use fit::fit_page;

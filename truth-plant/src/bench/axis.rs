@@ -23,6 +23,11 @@ pub(super) struct Axis {
     pub(super) spool_m_per_v: f64,
 }
 
+/// A delay as the bench steps it.
+fn on_grid(delay_s: f64) -> f64 {
+    libm::round(delay_s / super::spool::STEP_S) * super::spool::STEP_S
+}
+
 impl Axis {
     pub(super) fn draw(seed: u64) -> Self {
         let nameplate = Nameplate::draw(&mut Random::new(seed, Purpose::Plant));
@@ -44,7 +49,7 @@ impl Axis {
                 width_v: random.between(0.01, 0.05),
                 weight: 1.0,
             },
-            delay_s: random.between(0.0, 1e-3),
+            delay_s: on_grid(random.between(0.0, 1e-3)),
             spool_m_per_v: random.between(0.35e-3, 0.45e-3),
         }
     }

@@ -10,7 +10,7 @@ use crate::plant::valve::{CommandPath, CommandState};
 const NULL_V: f64 = 5.0;
 const FULL_V: f64 = 10.0;
 /// Longest step of the spool: the fastest has a period of 7.7 ms.
-const STEP_S: f64 = 25e-6;
+pub(super) const STEP_S: f64 = 25e-6;
 /// Rows per second of the slow triangle and of the sines.
 const SLOW_ROWS_PER_S: f64 = 1000.0;
 const FAST_ROWS_PER_S: f64 = 5000.0;

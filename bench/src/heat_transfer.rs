@@ -1,0 +1,423 @@
+//! Heat transfer by the stop method, figures 8 and 9 of the paper.
+//!
+//! A chamber at the end of the stroke is charged or discharged and shut at once. Its mass then
+//! stays, and when its gas has taken the wall's temperature the settled pressure says what the
+//! mass is: so the temperature at the stop was (the paper's (7))
+//!
+//! ```text
+//! T(t) = T_wall p(t) / p_settled
+//! ```
+//!
+//! The recorded pressure from the begin to the stop says the same mass by the energy balance
+//! ([`crate::fixed_volume`]), if the heat transfer is right. It is the one number by which both
+//! masses agree in all runs; no flow law is asked.
+
+use std::ops::Range;
+
+use grey_box::fit::Parameter;
+use grey_box::laws::Track;
+use grey_box::model::{Side, Values};
+use grey_box::rig::Rig;
+use model_core::chamber::stop_method_temperature_k;
+
+use crate::fixed_volume::{Content, Vessel};
+use crate::least_squares::{Solved, fitted};
+use crate::outcome::{Kind, Number, Outcome, Picture, Stretch};
+use crate::settling::{Settled, extrapolated, settled};
+use crate::steady;
+
+/// The outcome depends on numbers under these sections.
+pub const DEPENDS_ON: &[&str] = &["cylinder.", "vessel.", "environment.", "gas."];
+/// A valve has shut so long after its command, s: spools take some ms. From there on the pressure
+/// is read, and extrapolated to the command: gas at rest has another heat transfer.
+const SHUTTING_S: f64 = 0.03;
+/// The first of the settling, from which it is extrapolated, s.
+const EARLY_S: f64 = 0.4;
+/// The pressure at the begin is read from so much rest, s.
+const REST_S: f64 = 0.5;
+/// A shorter rest does not say it, s.
+const LEAST_REST_S: f64 = 0.05;
+/// A run changes the pressure by this at least, Pa: less says little of the temperature.
+const LEAST_CHANGE_PA: f64 = 2e4;
+/// So many time constants after a stop the gas has the wall's temperature, to a part in 150.
+const SETTLED_AFTER: f64 = 5.0;
+/// A command within this part of the recorded range of the shut one is shut.
+const SHUT_SHARE: f64 = 0.01;
+/// A chamber of which more than this is dead volume has a surface that the cylinder does not say.
+const MOST_DEAD_SHARE: f64 = 0.5;
+/// The heat transfer that is sought, W/(m2 K).
+const RANGE: (f64, f64) = (0.0, 5000.0);
+
+/// One run: opened at rest, stopped, settled.
+struct Run {
+    recording: String,
+    side: Side,
+    vessel: Vessel,
+    /// From the opening to the stop.
+    time_s: Vec<f64>,
+    pressure_pa: Vec<f64>,
+    stop_pa: f64,
+    settled: Settled,
+    /// Of the pressures at the begin and at the stop.
+    end_deviations_pa: [f64; 2],
+    fills: bool,
+}
+
+/// Evaluates runs of the stop method.
+///
+/// # Errors
+/// If no recording holds such a run, or the rig does not say the volume.
+pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
+    let mut runs: Vec<Run> = Vec::new();
+    let mut notes = Vec::new();
+    for track in tracks {
+        let command = track.recording.signal("u").ok_or(
+            "no command is recorded: it says when the valve was opened and when it was stopped",
+        )?;
+        for side in Side::BOTH {
+            let Some(pressure_pa) = track.recording.signal(side.pressure_signal()) else {
+                continue;
+            };
+            let mut before: Option<&Run> = None;
+            for (open, shut) in cycles(command) {
+                if let Some(before) =
+                    before.filter(|one| !one.has_settled(track.recording.time_s[open]))
+                {
+                    let settling_s = before.settled.time_constant_s;
+                    notes.push(format!(
+                        "{}: at {:.2} s the valve opens before the gas has settled from the stop before ({SETTLED_AFTER} times {settling_s:.2} s); the run is left out",
+                        track.recording.name, track.recording.time_s[open]
+                    ));
+                    continue;
+                }
+                match run(rig, track, side, pressure_pa, (open, shut)) {
+                    Ok(Some(one)) => {
+                        runs.push(one);
+                        before = runs.last();
+                    }
+                    Ok(None) => {}
+                    Err(why) => notes.push(format!("{}: {why}", track.recording.name)),
+                }
+            }
+        }
+    }
+    if runs.is_empty() {
+        let why = notes
+            .first()
+            .map_or(String::new(), |why| format!(" ({why})"));
+        return Err(format!(
+            "no run of the stop method was found{why}: a rest, the valve opened for a while, and shut until the pressure has settled"
+        ));
+    }
+    let mut numbers = Vec::new();
+    let mut found = [None, None];
+    for (fills, key) in [
+        (true, "chambers.heat_transfer_charging_W_m2K"),
+        (false, "chambers.heat_transfer_discharging_W_m2K"),
+    ] {
+        let of_kind: Vec<&Run> = runs.iter().filter(|one| one.fills == fills).collect();
+        if of_kind.is_empty() {
+            continue;
+        }
+        let solved = heat_transfer(&of_kind)?;
+        let (value, deviation) = solved.at(0);
+        numbers.push(Number::of_key(key, value, deviation));
+        found[usize::from(!fills)] = Some(value);
+    }
+    numbers.extend(at_rest(&runs));
+    notes.extend(what_is_missing(found));
+    Ok(Outcome {
+        title: "Heat transfer",
+        method: "The stop method: after the valve has shut, the settled pressure says the mass of the gas, and with it \
+                 the temperature at the stop. The pressure up to the stop says the same mass by the energy balance if \
+                 the heat transfer is right; it is the one number by which both agree in all runs.",
+        numbers,
+        stretches: runs.iter().map(Run::stretch).collect(),
+        notes,
+        pictures: pictures(rig, &runs, found),
+        ..Outcome::default()
+    })
+}
+
+/// Rows at which the valve is opened and shut again; shut is what the recording ends with.
+pub(crate) fn cycles(command: &[f64]) -> Vec<(usize, usize)> {
+    let Some(&shut) = command.last() else {
+        return Vec::new();
+    };
+    let range = command
+        .iter()
+        .map(|one| (one - shut).abs())
+        .fold(0.0, f64::max);
+    let is_shut = |row: usize| (command[row] - shut).abs() <= SHUT_SHARE * range;
+    let mut cycles = Vec::new();
+    let mut opened = None;
+    for row in 1..command.len() {
+        match (is_shut(row - 1), is_shut(row)) {
+            (true, false) => opened = Some(row),
+            (false, true) => cycles.extend(opened.take().map(|open| (open, row))),
+            _ => {}
+        }
+    }
+    cycles
+}
+
+fn run(
+    rig: &Rig,
+    track: &Track<'_>,
+    side: Side,
+    pressure_pa: &[f64],
+    (open, shut): (usize, usize),
+) -> Result<Option<Run>, String> {
+    let time_s = &track.recording.time_s;
+    let command = track.recording.signal("u").unwrap_or(&[]);
+    let rest = rest_before(time_s, command, open);
+    let change_pa = (pressure_pa[shut] - pressure_pa[open]).abs();
+    if change_pa < LEAST_CHANGE_PA {
+        return Ok(None);
+    }
+    if time_s[open] - time_s[rest.start] < LEAST_REST_S {
+        return Err(format!(
+            "at {:.2} s the valve opens without a rest before",
+            time_s[open]
+        ));
+    }
+    let position_m = track
+        .recording
+        .signal("x")
+        .map_or(0.0, |all| steady::mean(&all[rest.start..shut]));
+    let vessel = Vessel::of(rig, side, position_m)?;
+    if is_mostly_dead(rig, side, position_m) {
+        return Ok(None);
+    }
+    let noise_pa = steady::signal_noise(rig, side.pressure_signal(), pressure_pa);
+    let at = |later_s: f64| {
+        let end_s = time_s[shut] + later_s;
+        time_s
+            .partition_point(|time| *time < end_s)
+            .min(time_s.len())
+    };
+    let next =
+        (shut..command.len()).find(|row| (command[*row] - command[shut]).abs() > f64::EPSILON);
+    let (from, until) = (at(SHUTTING_S), next.unwrap_or(time_s.len()));
+    let of_row = (noise_pa, vessel.gas.heat_capacity_ratio);
+    let settled = settled(
+        &time_s[from..until],
+        &pressure_pa[from..until],
+        time_s[shut],
+        of_row,
+    )?;
+    let early = from..at(EARLY_S).min(until);
+    let (stop_pa, stop_deviation_pa) = extrapolated(
+        &time_s[early.clone()],
+        &pressure_pa[early],
+        time_s[shut],
+        noise_pa,
+    )?;
+    let rested = rest.len() as f64;
+    let mut open_pa = pressure_pa[open..=shut].to_vec();
+    // Both ends of the balance: what the rest and the settling say of them is quieter than a row.
+    open_pa[0] = steady::mean(&pressure_pa[rest]);
+    open_pa[shut - open] = stop_pa;
+    Ok(Some(Run {
+        recording: track.recording.name.clone(),
+        side,
+        vessel,
+        time_s: time_s[open..=shut].to_vec(),
+        fills: settled.pressure_pa > open_pa[0],
+        pressure_pa: open_pa,
+        stop_pa,
+        settled,
+        end_deviations_pa: [noise_pa / rested.sqrt(), stop_deviation_pa],
+    }))
+}
+
+/// The last of the rest before a row.
+fn rest_before(time_s: &[f64], command: &[f64], open: usize) -> Range<usize> {
+    let mut from = open;
+    while from > 0
+        && time_s[open] - time_s[from - 1] <= REST_S
+        && (command[from - 1] - command[open - 1]).abs() <= f64::EPSILON
+    {
+        from -= 1;
+    }
+    from..open
+}
+
+fn is_mostly_dead(rig: &Rig, side: Side, position_m: f64) -> bool {
+    let geometry = Values::<f64>::of(rig).geometry(side);
+    rig.vessel.is_none()
+        && geometry
+            .is_some_and(|one| one.dead_volume_m3 > MOST_DEAD_SHARE * one.volume_m3(position_m))
+}
+
+impl Run {
+    fn contents(&self, heat_transfer: f64) -> Vec<Content> {
+        let start = self.vessel.settled(self.pressure_pa[0]);
+        self.vessel.contents(
+            &self.time_s,
+            &self.pressure_pa,
+            start,
+            (heat_transfer, self.fills),
+        )
+    }
+
+    /// What the pressure settles at by the balance, Pa.
+    fn predicted_pa(&self, heat_transfer: f64) -> f64 {
+        let contents = self.contents(heat_transfer);
+        self.vessel
+            .settled_pa(contents.last().map_or(f64::NAN, |end| end.mass_kg))
+    }
+
+    fn has_settled(&self, time_s: f64) -> bool {
+        time_s - self.stop_s() > SETTLED_AFTER * self.settled.time_constant_s
+    }
+
+    fn deviation_pa(&self) -> f64 {
+        let [begin_pa, stop_pa] = self.end_deviations_pa;
+        self.settled.deviation_pa.hypot(begin_pa).hypot(stop_pa)
+    }
+
+    /// The stop method's temperature, K, and its deviation.
+    fn temperature_k(&self) -> (f64, f64) {
+        let settled_pa = self.settled.pressure_pa;
+        let value = stop_method_temperature_k(self.stop_pa, settled_pa, self.vessel.wall_k);
+        (value, value * self.deviation_pa() / settled_pa)
+    }
+
+    /// How long the valve was open, s.
+    fn open_s(&self) -> f64 {
+        self.stop_s() - self.time_s[0]
+    }
+
+    fn stop_s(&self) -> f64 {
+        self.time_s[self.time_s.len() - 1]
+    }
+
+    fn stretch(&self) -> Stretch {
+        let (temperature_k, deviation_k) = self.temperature_k();
+        Stretch {
+            recording: self.recording.clone(),
+            from_s: self.time_s[0],
+            to_s: self.stop_s(),
+            what: format!(
+                "chamber {} {} for {:.3} s: {:.1} ± {:.1} K at the stop, settled at {:.2} kPa",
+                self.side.letter().to_ascii_uppercase(),
+                if self.fills { "charged" } else { "discharged" },
+                self.open_s(),
+                temperature_k,
+                deviation_k,
+                1e-3 * self.settled.pressure_pa
+            ),
+        }
+    }
+}
+
+fn heat_transfer(runs: &[&Run]) -> Result<Solved, String> {
+    let residuals = |numbers: &[f64]| -> Vec<f64> {
+        runs.iter()
+            .map(|one| {
+                (one.predicted_pa(numbers[0]) - one.settled.pressure_pa) / one.deviation_pa()
+            })
+            .collect()
+    };
+    let start = Parameter::new(50.0).bounded(RANGE.0, RANGE.1);
+    fitted(&[start], &residuals)
+}
+
+/// With the valve shut the settling itself says the heat transfer of gas at rest.
+fn at_rest(runs: &[Run]) -> Option<Number> {
+    let all: Vec<(f64, f64)> = runs
+        .iter()
+        .filter(|one| one.settled.above_pa.abs() > 20.0 * one.settled.deviation_pa)
+        .map(|one| {
+            let mass_kg = one.vessel.settled(one.settled.pressure_pa).mass_kg;
+            let value = one.vessel.settling_s(mass_kg, 1.0) / one.settled.time_constant_s;
+            let share = one.settled.time_constant_deviation_s / one.settled.time_constant_s;
+            (value, value * share)
+        })
+        .collect();
+    let weight = |one: &(f64, f64)| 1.0 / one.1.powi(2);
+    let sum: f64 = all.iter().map(weight).sum();
+    let middle = all.iter().map(|one| one.0 * weight(one)).sum::<f64>() / sum;
+    let squares: f64 = all
+        .iter()
+        .map(|one| (one.0 - middle).powi(2) * weight(one))
+        .sum();
+    let ratio = (squares / (all.len() as f64 - 1.0)).max(1.0);
+    let what = "heat transfer coefficient while the valve is shut";
+    (all.len() > 1).then(|| {
+        Number::named(
+            "heat_transfer_shut_W_m2K",
+            what,
+            "W/(m2 K)",
+            (middle, (ratio / sum).sqrt()),
+        )
+    })
+}
+
+fn what_is_missing(found: [Option<f64>; 2]) -> Option<String> {
+    let missing = match found {
+        [None, _] => "charging",
+        [_, None] => "discharging",
+        _ => return None,
+    };
+    Some(format!(
+        "no {missing} run was given: that coefficient stays as it is"
+    ))
+}
+
+fn pictures(rig: &Rig, runs: &[Run], found: [Option<f64>; 2]) -> Vec<Picture> {
+    let values = Values::<f64>::of(rig);
+    let stated = [
+        "chambers.heat_transfer_charging_W_m2K",
+        "chambers.heat_transfer_discharging_W_m2K",
+    ]
+    .map(|key| values.get(key));
+    let mut temperatures = Picture::new(
+        "Gas temperature by the stop method",
+        ("time since opening", "s"),
+        ("temperature", "K"),
+    );
+    let mut coefficients = Picture::new(
+        "Heat transfer of each run",
+        ("time since opening", "s"),
+        ("heat transfer", "W/(m² K)"),
+    );
+    for (place, name) in ["charging", "discharging"].iter().enumerate() {
+        let of_kind: Vec<&Run> = runs
+            .iter()
+            .filter(|one| one.fills == (place == 0))
+            .collect();
+        let Some(longest) = of_kind
+            .iter()
+            .max_by(|a, b| a.open_s().total_cmp(&b.open_s()))
+        else {
+            continue;
+        };
+        let points = of_kind
+            .iter()
+            .map(|one| (one.open_s(), one.temperature_k().0));
+        let kind = [Kind::Points, Kind::OtherPoints][place];
+        temperatures = temperatures.with(format!("{name}, stopped"), kind, points.collect());
+        for (name, value, kind) in [
+            (format!("{name}, energy balance"), found[place], Kind::Law),
+            (format!("{name}, rig file"), stated[place], Kind::Given),
+        ] {
+            if let Some(value) = value {
+                let curve = longest.time_s.iter().zip(longest.contents(value));
+                let curve = curve.map(|(time, one)| (time - longest.time_s[0], one.temperature_k));
+                temperatures = temperatures.with(name, kind, curve.collect());
+            }
+        }
+        let each = of_kind.iter().filter_map(|one| {
+            let solved = heat_transfer(&[one]).ok()?;
+            Some((one.open_s(), solved.values[0]))
+        });
+        coefficients = coefficients.with(*name, kind, each.collect());
+        if let Some(value) = found[place] {
+            let ends = vec![(0.0, value), (longest.open_s(), value)];
+            coefficients = coefficients.with(format!("{name}, all runs"), Kind::Law, ends);
+        }
+    }
+    vec![temperatures, coefficients]
+}

@@ -1,0 +1,105 @@
+//! The page of an experiment on a bench: numbers, the law beside the points, what was used.
+
+use ::bench::{Curve, Kind, Outcome, Picture};
+
+use crate::report::{Cell, Chart, Page, Role, Section, Series, Table, number};
+use crate::rig::Rig;
+
+/// Numbers that are shown large.
+const TILES: usize = 4;
+
+/// The page of an outcome.
+pub fn bench_page(rig: &Rig, outcome: &Outcome) -> Page {
+    let mut page = Page::new(outcome.title);
+    page.lead(outcome.method);
+    for one in outcome.numbers.iter().take(TILES) {
+        let (value, deviation) = one.shown();
+        let unit = one.shown_in.0.replace('1', "");
+        page.tile(&one.what, value, unit, format!("± {deviation}"));
+    }
+    let mut pictures = outcome.pictures.iter();
+    if let Some(first) = pictures.next() {
+        page.opening(|section| section.chart(chart(first)));
+    }
+    for picture in pictures {
+        page.section(&picture.title, |section| section.chart(chart(picture)));
+    }
+    page.section("Numbers", |section| {
+        section.table(numbers(rig, outcome));
+        if !outcome.notes.is_empty() {
+            section.subheading("Notes");
+            section.list(&outcome.notes);
+        }
+    });
+    page.folded_section("What was used of the recordings", |section| {
+        used(section, outcome)
+    });
+    page
+}
+
+/// One picture of an experiment.
+pub fn chart(picture: &Picture) -> Chart {
+    let mut chart = Chart::new(&picture.title)
+        .x_axis(&picture.x.name, &picture.x.unit)
+        .y_axis(&picture.y.name, &picture.y.unit);
+    if picture.x.unit == "Hz" {
+        chart = chart.logarithmic_x();
+    }
+    for curve in &picture.curves {
+        chart = chart.series(series(curve));
+    }
+    chart
+}
+
+fn series(curve: &Curve) -> Series {
+    let points = curve.points.iter().copied();
+    match curve.kind {
+        Kind::Points => Series::new(&curve.name, Role::Recorded, points).dots(),
+        Kind::OtherPoints => Series::new(&curve.name, Role::Mark, points).dots(),
+        Kind::Recorded => Series::new(&curve.name, Role::Recorded, points),
+        Kind::Law => Series::new(&curve.name, Role::Improved, points),
+        Kind::Given => Series::new(&curve.name, Role::Given, points).dashed(),
+    }
+}
+
+fn numbers(rig: &Rig, outcome: &Outcome) -> Table {
+    let mut table = Table::new(["number", "key of the rig file", "measured", "±", "unit", "rig file"])
+        .caption("Deviations are one standard deviation: of the points, and of the stated uncertainties that enter.");
+    let in_file: Vec<&str> = outcome
+        .of_rig_file(rig)
+        .map(|one| one.key.as_str())
+        .collect();
+    for one in &outcome.numbers {
+        let (value, deviation) = one.shown();
+        let key = if in_file.contains(&one.key.as_str()) {
+            one.key.as_str()
+        } else {
+            ""
+        };
+        let was = rig
+            .value(&one.key)
+            .map(|was| number::significant(was * one.shown_in.1, 4));
+        table = table.row([
+            Cell::from(one.what.as_str()),
+            Cell::from(key),
+            Cell::from(value.as_str()),
+            Cell::from(deviation.as_str()),
+            Cell::from(one.shown_in.0.replace('1', "").as_str()),
+            Cell::from(was.unwrap_or_default().as_str()),
+        ]);
+    }
+    table
+}
+
+fn used(section: &mut Section, outcome: &Outcome) {
+    let mut table = Table::new(["recording", "from, s", "to, s", "what"]);
+    for one in &outcome.stretches {
+        table = table.row([
+            Cell::from(one.recording.as_str()),
+            Cell::number(one.from_s, 3),
+            Cell::number(one.to_s, 3),
+            Cell::from(one.what.as_str()),
+        ]);
+    }
+    section.table(table);
+}
