@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::{Solved, linear};
 use crate::outcome::{Kind, Number, Outcome, Picture, Stretch};
-use crate::settling::settled;
+use crate::settling::{self, Reference, settled};
 use crate::steady;
 
 /// The outcome depends on numbers under these sections.
@@ -195,10 +195,11 @@ impl Geometry {
         let heat_ratio = Values::<f64>::of(rig).gas().heat_capacity_ratio;
         let time_s = &track.recording.time_s;
         let last = rows.end - 1;
+        let leak = settling::Leak::steady(&time_s[rows.clone()]);
         let settled = settled(
             &time_s[rows.clone()],
             &pressure_pa[rows.clone()],
-            time_s[last],
+            (&leak, Reference::End),
             (noise_pa, heat_ratio),
         )
         .ok()?;
@@ -208,7 +209,9 @@ impl Geometry {
             recording,
             length_m: (self.length_m[chamber])(steady::mean(&position_m[rows.clone()])),
             pressure_pa: settled.pressure_pa,
-            deviation_pa: settled.deviation_pa,
+            deviation_pa: settled
+                .deviation_pa
+                .hypot(steady::GAUGE_LINEARITY * settled.pressure_pa),
             leaked: leaked[last],
         })
     }

@@ -35,8 +35,6 @@ const ONE_SPEED: f64 = 1.3;
 const SPEEDS_OF_A_CURVE: usize = 4;
 /// Pressures that differ by less are one pressure, Pa: a regulator holds some kPa.
 const ONE_PRESSURE_PA: f64 = 2e4;
-/// The least deviation of a mean force, as a part of it: sensors are linear to a thousandth.
-const SENSOR_LINEARITY: f64 = 1e-3;
 
 /// One stretch at constant speed.
 #[derive(Clone, Copy, Debug)]
@@ -167,7 +165,7 @@ impl Forces {
             recording,
             speed_m_per_s: steady::slope(time_s, position_m),
             force_n: mean_n,
-            deviation_n: deviation_n.hypot(SENSOR_LINEARITY * mean_n),
+            deviation_n: deviation_n.hypot(steady::FORCE_LINEARITY * mean_n),
             mean_gauge_pa: over_rows(&|row| 0.5 * (gauge("p_a", row) + gauge("p_b", row))),
             difference_pa: over_rows(&|row| (gauge("p_a", row) - gauge("p_b", row)).abs()),
         }

@@ -19,11 +19,12 @@ use grey_box::laws::Track;
 use grey_box::model::{Side, Values};
 use grey_box::rig::Rig;
 use model_core::chamber::stop_method_temperature_k;
+use model_core::valve::GasState;
 
 use crate::fixed_volume::{Content, Vessel};
 use crate::least_squares::{Solved, fitted};
 use crate::outcome::{Kind, Number, Outcome, Picture, Stretch};
-use crate::settling::{Settled, extrapolated, settled};
+use crate::settling::{Leak, Reference, Settled, extrapolated, settled};
 use crate::steady;
 
 /// The outcome depends on numbers under these sections.
@@ -41,6 +42,8 @@ const LEAST_REST_S: f64 = 0.05;
 const LEAST_CHANGE_PA: f64 = 2e4;
 /// So many time constants after a stop the gas has the wall's temperature, to a part in 150.
 const SETTLED_AFTER: f64 = 5.0;
+/// How far what has leaked may be off the shut valve's law: the ratio of its leakages is hardly known.
+const LEAK_ERROR: f64 = 0.3;
 /// A command within this part of the recorded range of the shut one is shut.
 const SHUT_SHARE: f64 = 0.01;
 /// A chamber of which more than this is dead volume has a surface that the cylinder does not say.
@@ -200,10 +203,11 @@ fn run(
         (shut..command.len()).find(|row| (command[*row] - command[shut]).abs() > f64::EPSILON);
     let (from, until) = (at(SHUTTING_S), next.unwrap_or(time_s.len()));
     let of_row = (noise_pa, vessel.gas.heat_capacity_ratio);
+    let leak = leak(rig, track, (side, vessel), from..until);
     let settled = settled(
         &time_s[from..until],
         &pressure_pa[from..until],
-        time_s[shut],
+        (&leak, Reference::Begin),
         of_row,
     )?;
     let early = from..at(EARLY_S).min(until);
@@ -229,6 +233,47 @@ fn run(
         settled,
         end_deviations_pa: [noise_pa / rested.sqrt(), stop_deviation_pa],
     }))
+}
+
+/// What the shut valve lets through at the recorded pressures, up to a factor: its leakages are in
+/// the ratio of the rig file's. Without a valve in the rig file a leak is taken as the same all the
+/// time.
+fn leak(rig: &Rig, track: &Track<'_>, (side, vessel): (Side, Vessel), rows: Range<usize>) -> Leak {
+    let recording = track.recording;
+    let time_s = &recording.time_s[rows.clone()];
+    let values = Values::<f64>::of(rig);
+    let (Some(Ok(valve)), Some(pressure_pa)) =
+        (values.valve(), recording.signal(side.pressure_signal()))
+    else {
+        return Leak::steady(time_s);
+    };
+    let ambient = values.ambient();
+    let declared_pa = values.get("supply.pressure_Pa");
+    let supply_pa = |row: usize| recording.signal("p_s").map(|all| all[row]).or(declared_pa);
+    let shut_m2 = [valve.supply.area_m2(0.0), valve.exhaust.area_m2(0.0)];
+    let at = |pressure_pa| GasState {
+        pressure_pa,
+        ..ambient
+    };
+    let pa_per_kg = vessel.settled_pa(1.0);
+    let mut course_pa = vec![0.0];
+    for row in rows.start + 1..rows.end {
+        let Some(supply_pa) = supply_pa(row) else {
+            return Leak::steady(time_s);
+        };
+        let here = at(pressure_pa[row]);
+        let fed = valve
+            .law
+            .flow(shut_m2[0], at(supply_pa), here)
+            .mass_flow_kg_per_s;
+        let vented = valve.law.flow(shut_m2[1], here, ambient).mass_flow_kg_per_s;
+        let dt_s = recording.time_s[row] - recording.time_s[row - 1];
+        course_pa.push(course_pa[course_pa.len() - 1] + (fed - vented) * dt_s * pa_per_kg);
+    }
+    Leak {
+        course_pa,
+        error: LEAK_ERROR,
+    }
 }
 
 /// The last of the rest before a row.
@@ -274,7 +319,12 @@ impl Run {
 
     fn deviation_pa(&self) -> f64 {
         let [begin_pa, stop_pa] = self.end_deviations_pa;
-        self.settled.deviation_pa.hypot(begin_pa).hypot(stop_pa)
+        let linearity_pa = steady::GAUGE_LINEARITY * self.settled.pressure_pa;
+        self.settled
+            .deviation_pa
+            .hypot(begin_pa)
+            .hypot(stop_pa)
+            .hypot(linearity_pa)
     }
 
     /// The stop method's temperature, K, and its deviation.

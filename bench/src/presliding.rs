@@ -51,10 +51,9 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
     for (place, key) in KEYS.iter().enumerate() {
         let (value, deviation) = solved.at(place);
         // Parameters are in units of their starts.
-        let (value, deviation) = (
-            value * bench.units[place],
-            deviation * bench.units[place] * correlated,
-        );
+        let value = value * bench.units[place];
+        let deviation =
+            (deviation * bench.units[place] * correlated).hypot(steady::FORCE_LINEARITY * value);
         if deviation.is_finite() && deviation < value {
             numbers.push(Number::of_key(key, value, deviation));
         } else {

@@ -1,22 +1,24 @@
 //! A pressure that settles at constant mass, while the gas takes the temperature of the wall.
 //!
 //! ```text
-//! p(t) = P + s (t - t_ref) + a exp(-(t - t0)/tau)
+//! p(t) = P + k L(t) + a exp(-(t - t0)/tau)
 //! ```
 //!
-//! P is what the gas has at the wall's temperature, s a leak, tau the heat capacity of the gas
+//! P is what the gas has at the wall's temperature at the reference time, k L a leak, tau the heat capacity of the gas
 //! over the conductance to the wall: at constant mass and heat transfer this is the exact answer
-//! of the energy balance. Whether there is a leak is decided by Schwarz's criterion. A leak keeps
+//! of the energy balance. L is the course of the leak, nought at the reference time: the time
+//! itself, or what the shut paths of a valve let through at the recorded pressures
+//! ([`Leak`]). Whether there is a leak is decided by Schwarz's criterion. A leak keeps
 //! the gas off the wall's temperature: what flows in is compressed, `m' R T = h S (T - T_wall)`,
-//! with `m' R T = V s` and `h S = m cv/tau`
+//! with `m' R T = V s`, s the drift once settled, and `h S = m cv/tau`
 //!
 //! ```text
 //! (T - T_wall)/T = (gamma - 1) s tau/P
 //! ```
 //!
 //! and the pressure at the wall's temperature is lower by this part. What leaks while the pressure is
-//! still far off is known to its own size only: `s tau` is a part of the deviation of a pressure
-//! that is extrapolated back there. Where heat transfer at rest
+//! still far off is known to a part of its size only: of `s tau` that part goes into the deviation
+//! of a pressure that is extrapolated back there. Where heat transfer at rest
 //! changes on the way, the first rows do not settle at one rate; so many of them are left out that
 //! the rest does.
 
@@ -37,6 +39,29 @@ const LEAST_ROWS: usize = 30;
 /// So many rows say all that more of them say; the fit takes means of more.
 const MOST_ROWS: usize = 400;
 
+/// The course of a leak.
+#[derive(Clone, Debug)]
+pub struct Leak {
+    /// What has leaked in until each row since the first one, as a pressure of the settled gas, up to
+    /// a factor.
+    pub course_pa: Vec<f64>,
+    /// How far what has leaked may be off that course, as a part of it: one deviation.
+    pub error: f64,
+}
+
+/// A leak that stays the same though the pressure changes: known to its own size.
+const STEADY_ERROR: f64 = 1.0;
+
+impl Leak {
+    /// The same all the time.
+    pub fn steady(time_s: &[f64]) -> Self {
+        Self {
+            course_pa: time_s.to_vec(),
+            error: STEADY_ERROR,
+        }
+    }
+}
+
 /// A settled pressure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
@@ -54,14 +79,15 @@ pub struct Settled {
     pub drift_pa_per_s: f64,
 }
 
-/// Reads a settling; `noise_pa` is that of a row, `heat_ratio` the gas' gamma.
+/// Reads a settling; `noise_pa` is that of a row, `heat_ratio` the gas' gamma. The reference time is
+/// the first row or the last one.
 ///
 /// # Errors
 /// If the rows are too few or do not settle.
 pub fn settled(
     time_s: &[f64],
     pressure_pa: &[f64],
-    reference_s: f64,
+    (leak, reference): (&Leak, Reference),
     (noise_pa, heat_ratio): (f64, f64),
 ) -> Result<Settled, String> {
     if time_s.len() < LEAST_ROWS {
@@ -70,21 +96,31 @@ pub fn settled(
             time_s.len()
         ));
     }
-    let mut means = Means::of(time_s, pressure_pa, noise_pa);
-    let (mut solved, mut left) = means.best(reference_s)?;
+    let at = match reference {
+        Reference::Begin => 0,
+        Reference::End => time_s.len() - 1,
+    };
+    let leaked_pa: Vec<f64> = leak
+        .course_pa
+        .iter()
+        .map(|one| one - leak.course_pa[at])
+        .collect();
+    let mut means = Means::of(time_s, pressure_pa, &leaked_pa, noise_pa);
+    let (mut solved, mut left) = means.best()?;
     while left.iter().map(|one| one * one).sum::<f64>() > most_squares(left.len())
         && means.time_s.len() > LEAST_ROWS
     {
         means.leave_out_first();
-        let Ok(next) = means.best(reference_s) else {
+        let Ok(next) = means.best() else {
             break;
         };
         (solved, left) = next;
     }
     let correlated = correlation_length(&left).sqrt();
-    let (time_constant_s, drift_pa_per_s) = (solved.values[2], solved.values[3]);
+    let time_constant_s = solved.values[2];
+    let drift_pa_per_s = solved.values[3] * means.last_leak_pa_per_s();
     let shown_pa = solved.values[0];
-    let not_settled = (-(reference_s - means.time_s[0]) / time_constant_s)
+    let not_settled = (-(time_s[at] - means.time_s[0]) / time_constant_s)
         .exp()
         .min(1.0);
     let leaked_pa = drift_pa_per_s * time_constant_s * not_settled;
@@ -97,6 +133,15 @@ pub fn settled(
         above_pa: solved.values[1],
         drift_pa_per_s,
     })
+}
+
+/// Of which row the settled pressure is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reference {
+    /// The first.
+    Begin,
+    /// The last.
+    End,
 }
 
 /// The pressure at a time shortly before the first row, and its deviation: for that an exponential
@@ -139,24 +184,28 @@ fn most_squares(rows: usize) -> f64 {
 /// Means of rows: short at the begin, where the pressure changes, long at the end.
 struct Means {
     time_s: Vec<f64>,
+    leaked_pa: Vec<f64>,
     pressure_pa: Vec<f64>,
     deviation_pa: Vec<f64>,
 }
 
 impl Means {
-    fn of(time_s: &[f64], pressure_pa: &[f64], noise_pa: f64) -> Self {
+    fn of(time_s: &[f64], pressure_pa: &[f64], leaked_pa: &[f64], noise_pa: f64) -> Self {
         let size = time_s.len().div_ceil(MOST_ROWS);
-        let (mut times, mut pressures, mut deviations) = (Vec::new(), Vec::new(), Vec::new());
-        for (time, pressure) in time_s.chunks(size).zip(pressure_pa.chunks(size)) {
-            times.push(crate::steady::mean(time));
-            pressures.push(crate::steady::mean(pressure));
-            deviations.push(noise_pa / (time.len() as f64).sqrt());
-        }
+        let means = |all: &[f64]| all.chunks(size).map(crate::steady::mean).collect();
+        let deviation = |rows: &[f64]| noise_pa / (rows.len() as f64).sqrt();
         Self {
-            time_s: times,
-            pressure_pa: pressures,
-            deviation_pa: deviations,
+            time_s: means(time_s),
+            leaked_pa: means(leaked_pa),
+            pressure_pa: means(pressure_pa),
+            deviation_pa: time_s.chunks(size).map(deviation).collect(),
         }
+    }
+
+    /// How fast the course of the leak goes on at the end.
+    fn last_leak_pa_per_s(&self) -> f64 {
+        let tail = self.time_s.len() / 2;
+        crate::steady::slope(&self.time_s[tail..], &self.leaked_pa[tail..])
     }
 
     fn leave_out_first(&mut self) {
@@ -171,46 +220,47 @@ impl Means {
     }
 
     /// The better law of with and without a leak, and what it leaves.
-    fn best(&self, reference_s: f64) -> Result<(Solved, Vec<f64>), String> {
-        let tight = self.fit(reference_s, false)?;
-        let leaking = self.fit(reference_s, true)?;
+    fn best(&self) -> Result<(Solved, Vec<f64>), String> {
+        let tight = self.fit(false)?;
+        let leaking = self.fit(true)?;
         let best = if leaking.bic() < tight.bic() {
             leaking
         } else {
             tight
         };
-        let left = self.residuals(&best.values, reference_s);
+        let left = self.residuals(&best.values);
         Ok((best, left))
     }
 
-    fn residuals(&self, numbers: &[f64], reference_s: f64) -> Vec<f64> {
+    fn residuals(&self, numbers: &[f64]) -> Vec<f64> {
         let from_s = self.time_s[0];
-        let rows = self
-            .time_s
-            .iter()
-            .zip(&self.pressure_pa)
-            .zip(&self.deviation_pa);
-        rows.map(|((time, pressure), deviation)| {
-            let decay = (-(time - from_s) / numbers[2]).exp();
-            let law = numbers[0] + numbers[1] * decay + numbers[3] * (time - reference_s);
-            (pressure - law) / deviation
-        })
-        .collect()
+        let law_pa = |row: usize| {
+            let decay = (-(self.time_s[row] - from_s) / numbers[2]).exp();
+            numbers[0] + numbers[1] * decay + numbers[3] * self.leaked_pa[row]
+        };
+        (0..self.time_s.len())
+            .map(|row| (self.pressure_pa[row] - law_pa(row)) / self.deviation_pa[row])
+            .collect()
     }
 
-    fn fit(&self, reference_s: f64, leaks: bool) -> Result<Solved, String> {
+    fn fit(&self, leaks: bool) -> Result<Solved, String> {
         let (first, last) = (
             self.pressure_pa[0],
             self.pressure_pa[self.pressure_pa.len() - 1],
         );
         let span_s = self.time_s[self.time_s.len() - 1] - self.time_s[0];
-        let slope = Parameter::new(0.0).with_scale((first.abs() / span_s).max(1.0));
+        let most_pa = self
+            .leaked_pa
+            .iter()
+            .map(|one| one.abs())
+            .fold(f64::MIN_POSITIVE, f64::max);
+        let slope = Parameter::new(0.0).with_scale(0.01 * first.abs() / most_pa);
         let slope = if leaks {
             slope
         } else {
             slope.bounded(0.0, 0.0)
         };
-        let residuals = |numbers: &[f64]| self.residuals(numbers, reference_s);
+        let residuals = |numbers: &[f64]| self.residuals(numbers);
         let mut best: Option<Solved> = None;
         for part in [0.05, 0.2] {
             let parameters = [
@@ -246,7 +296,13 @@ mod tests {
                 .iter()
                 .map(|time| 4e5 + 3e4 * (-time / 0.7).exp() - 150.0 * time + 250.0 * noise.normal())
                 .collect();
-            let found = settled(&time_s, &pressure, 0.0, (250.0, 1.4)).expect("settles");
+            let found = settled(
+                &time_s,
+                &pressure,
+                (&Leak::steady(&time_s), Reference::Begin),
+                (250.0, 1.4),
+            )
+            .expect("settles");
             // The leak cools the gas that stays.
             let true_pa = 4e5 / (1.0 - 0.4 * 150.0 * 0.7 / 4e5);
             assert!(

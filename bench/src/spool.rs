@@ -29,6 +29,8 @@ use crate::steady;
 const MOST_ROWS: usize = 20_000;
 /// Steps of the lag are short against it, rad.
 const STEP_ANGLE: f64 = 0.15;
+/// A logger's instants are known to this part of a row: one deviation of a dead time at least.
+const INSTANT_ROWS: f64 = 0.05;
 /// Points of a picture.
 const SHOWN: usize = 2000;
 /// Frequencies that are sought, Hz, and where the search begins.
@@ -59,7 +61,7 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
         title: "Spool",
         method: "Dead time, play, rate limit and a second-order lag between command and spool are fitted to all \
                  recordings at once; of play, dead time and rate limit those are kept that the recordings show.",
-        numbers: numbers(rig, &solved, correlated),
+        numbers: numbers(rig, &solved, correlated, bench.row_s()),
         stretches: tracks.iter().map(stretch).collect(),
         notes: notes(&solved),
         pictures: bench.pictures(&solved),
@@ -83,7 +85,7 @@ fn stretch(track: &Track<'_>) -> Stretch {
     }
 }
 
-fn numbers(rig: &Rig, solved: &Solved, correlated: f64) -> Vec<Number> {
+fn numbers(rig: &Rig, solved: &Solved, correlated: f64, row_s: f64) -> Vec<Number> {
     let at = |place: usize| (solved.values[place], solved.deviations[place] * correlated);
     let of_key = |key: &str, place: usize| {
         let (value, deviation) = at(place);
@@ -114,7 +116,10 @@ fn numbers(rig: &Rig, solved: &Solved, correlated: f64) -> Vec<Number> {
         numbers.push(of_key("effects.valve-hysteresis.width", PLAY));
     }
     if is_free(solved, DELAY) {
-        numbers.push(of_key("effects.valve-delay.delay_s", DELAY).shown_in("ms", 1e3));
+        let (value, deviation) = at(DELAY);
+        let deviation = deviation.hypot(INSTANT_ROWS * row_s);
+        let delay = Number::of_key("effects.valve-delay.delay_s", value, deviation);
+        numbers.push(delay.shown_in("ms", 1e3));
     }
     if is_free(solved, RATE) {
         let (value, deviation) = at(RATE);
@@ -183,6 +188,15 @@ impl<'a> Bench<'a> {
             every: rows.div_ceil(MOST_ROWS),
             start: [null_v, gain],
         })
+    }
+
+    /// The shortest row of the recordings, s.
+    fn row_s(&self) -> f64 {
+        let rows = self
+            .tracks
+            .iter()
+            .map(|track| median_step_s(&track.recording.time_s));
+        rows.fold(f64::INFINITY, f64::min)
     }
 
     /// The law of those parts that the recordings show: of all of them those go without which

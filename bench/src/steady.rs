@@ -24,6 +24,11 @@ const TRIMMED_SHARE: f64 = 0.1;
 /// Batches whose means show the deviation of a stretch's mean, however its noise is correlated.
 const BATCHES: usize = 10;
 
+/// A gauge is linear to this part of its reading, one deviation (chosen: of laboratory gauges).
+pub const GAUGE_LINEARITY: f64 = 3e-4;
+/// So is a force sensor (chosen).
+pub const FORCE_LINEARITY: f64 = 1e-3;
+
 /// Stretches in which the carriage moves at one speed.
 pub fn at_one_speed(track: &Track<'_>, rig: &Rig) -> Vec<Range<usize>> {
     let time_s = &track.recording.time_s;

@@ -129,6 +129,13 @@ impl Areas {
         };
     }
 
+    /// Leakage of the supply's and of the exhaust's shut path, m2.
+    pub(super) fn leakages_m2(&self) -> [f64; 2] {
+        let factor = self.alike.as_ref().map_or(1.0, |alike| alike.values[1]);
+        let leakage_m2 = self.leakage_m2.unwrap_or(0.0);
+        [leakage_m2, factor * leakage_m2]
+    }
+
     /// The points with what passes the closed path added to what was measured.
     pub(super) fn without_leakage(&self, points: &[Point], law: &FlowLaw<f64>) -> Vec<Point> {
         let factor = self.alike.as_ref().map_or(1.0, |alike| alike.values[1]);

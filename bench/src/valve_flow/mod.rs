@@ -84,16 +84,18 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
         .valve
         .as_ref()
         .ok_or("the rig file has no [valve]: null_V at least")?;
-    let (points, stretches) = points::of(rig, tracks)?;
     let stated = stated_law(rig);
-    // The law's shape is read from flows less what leaks, the leakage from areas by that law.
+    let (mut points, mut stretches) = points::of(rig, tracks, [0.0; 2])?;
     let mut areas = areas::measure(&points, &stated, valve)?;
     let mut shape = None;
+    // The law's shape is read from flows less what leaks, the leakage from areas by that law, and a
+    // vessel's flows from a mass that leaks while it is shut in.
     for _ in 0..TURNS {
         shape = shape::measure(
             &areas.without_leakage(&points, &law_of(&shape, stated)),
             &stated,
         );
+        (points, stretches) = points::of(rig, tracks, areas.leakages_m2())?;
         areas = areas::measure(&points, &law_of(&shape, stated), valve)?;
     }
     let law = law_of(&shape, stated);

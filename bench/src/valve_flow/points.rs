@@ -22,8 +22,6 @@ const ONE_PRESSURE: f64 = 0.01;
 /// largest flow: one deviation each, of laboratory meters (chosen).
 const METER_LINEARITY: f64 = 1e-3;
 const METER_ZERO: f64 = 3e-4;
-/// A gauge is linear to this part of its reading, one deviation (chosen).
-const GAUGE_ERROR: f64 = 3e-4;
 /// Windows over which a vessel's mass is differentiated, s.
 const WINDOW_S: f64 = 0.04;
 /// A leakage is read from so many of them at least.
@@ -33,17 +31,22 @@ const OPENING_S: f64 = 0.05;
 /// Closer to equal pressures the difference of two gauges says nothing of the ratio.
 const HIGHEST_RATIO: f64 = 0.97;
 /// What heat and volume leave in a flow out of a vessel, as a part of it: one deviation.
-const BALANCE_ERROR: f64 = 5e-3;
+const BALANCE_ERROR: f64 = 1e-2;
 
-/// All steady flows of the recordings.
-pub(super) fn of(rig: &Rig, tracks: &[Track<'_>]) -> Result<(Vec<Point>, Vec<Stretch>), String> {
+/// All steady flows of the recordings; a shut valve leaks by these areas, from the supply and to the
+/// exhaust.
+pub(super) fn of(
+    rig: &Rig,
+    tracks: &[Track<'_>],
+    leakage_m2: [f64; 2],
+) -> Result<(Vec<Point>, Vec<Stretch>), String> {
     let mut points = Vec::new();
     let mut stretches = Vec::new();
     for track in tracks {
         let found = if track.recording.signal("flow_a").is_some() {
             from_meter(rig, track)?
         } else if rig.vessel.is_some() {
-            from_vessel(rig, track)?
+            from_vessel(rig, track, leakage_m2)?
         } else {
             return Err(format!(
                 "{}: flow_a is not recorded and the rig file has no [vessel]: a flow test has a flow meter at port A, \
@@ -128,12 +131,27 @@ impl<'a> Surroundings<'a> {
         })
     }
 
+    /// What leaks into the port over rows with the valve shut, kg.
+    fn leaked_kg(
+        &self,
+        law: &FlowLaw<f64>,
+        time_s: &[f64],
+        rows: Range<usize>,
+        leakage_m2: [f64; 2],
+    ) -> f64 {
+        rows.map(|row| {
+            let [fed, vented] = self.point(&(row..row + 1), (0.0, 1.0)).per_area(law);
+            (leakage_m2[0] * fed - leakage_m2[1] * vented) * (time_s[row + 1] - time_s[row])
+        })
+        .sum()
+    }
+
     /// What an error of the port's gauge does to the flow by the law, as a part of it: near equal
     /// pressures much.
     fn by_gauge(&self, point: &Point, law: &FlowLaw<f64>) -> f64 {
         let path = usize::from(!point.is_fed());
         let moved = Point {
-            port_pa: point.port_pa + GAUGE_ERROR * point.port_pa,
+            port_pa: point.port_pa + steady::GAUGE_LINEARITY * point.port_pa,
             ..*point
         };
         moved.per_area(law)[path] / point.per_area(law)[path] - 1.0
@@ -262,7 +280,11 @@ fn heat_transfer(rig: &Rig) -> Result<[f64; 2], String> {
 }
 
 /// Rates of the mass in a vessel that fills or empties.
-fn from_vessel(rig: &Rig, track: &Track<'_>) -> Result<Vec<(Point, Range<usize>)>, String> {
+fn from_vessel(
+    rig: &Rig,
+    track: &Track<'_>,
+    leakage_m2: [f64; 2],
+) -> Result<Vec<(Point, Range<usize>)>, String> {
     let around = Surroundings::of(rig, track)?;
     let vessel = Vessel::of(rig, Side::A, 0.0)?;
     let time_s = &track.recording.time_s;
@@ -280,10 +302,11 @@ fn from_vessel(rig: &Rig, track: &Track<'_>) -> Result<Vec<(Point, Range<usize>)
     let mut shut_in_kg = None;
     for (open, shut) in cycles {
         let opening_pa = steady::mean(&around.port_pa[open.saturating_sub(window)..open]);
-        if let Some(mass_kg) = shut_in_kg {
-            // Whether the gas has settled or not: shut in, it keeps its mass, and its pressure says
-            // its temperature. What leaks meanwhile is a fraction of a per cent.
-            content = vessel.holding(mass_kg, opening_pa);
+        if let Some((mass_kg, from)) = shut_in_kg {
+            // Whether the gas has settled or not: shut in, it keeps its mass but for what leaks, and
+            // its pressure says its temperature.
+            let leaked_kg = around.leaked_kg(&law, time_s, from..open, leakage_m2);
+            content = vessel.holding(mass_kg + leaked_kg, opening_pa);
         } else {
             let (rest, leak) = at_rest(
                 &vessel,
@@ -306,7 +329,7 @@ fn from_vessel(rig: &Rig, track: &Track<'_>) -> Result<Vec<(Point, Range<usize>)
             content,
             (flowing, fills),
         );
-        shut_in_kg = contents.last().map(|end| end.mass_kg);
+        shut_in_kg = contents.last().map(|end| (end.mass_kg, shut));
         let from = (OPENING_S / step_s) as usize;
         for first in (from..contents.len().saturating_sub(window)).step_by(window) {
             let rows = first..first + window;
