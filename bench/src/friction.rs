@@ -31,10 +31,17 @@ use crate::steady;
 pub const DEPENDS_ON: &[&str] = &["cylinder.", "environment."];
 /// Speeds that differ by less than this factor are one speed.
 const ONE_SPEED: f64 = 1.3;
-/// Speeds of a direction from which a fall at low speed is sought.
+/// Speeds of one direction from which a fall at low speed is sought, and what they must span: over
+/// less, friction that differs by direction passes for it.
 const SPEEDS_OF_A_CURVE: usize = 4;
+const SPAN_OF_A_CURVE: f64 = 5.0;
+/// What two speeds of one direction must span to show a viscous part.
+const SPAN_OF_A_SLOPE: f64 = 2.0;
 /// Pressures that differ by less are one pressure, Pa: a regulator holds some kPa.
 const ONE_PRESSURE_PA: f64 = 2e4;
+
+/// Part of the zeros' squares that a line over the pressures' force takes, if that is their cause.
+const SHARED: f64 = 0.9;
 
 /// One stretch at constant speed.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +52,8 @@ struct Point {
     deviation_n: f64,
     mean_gauge_pa: f64,
     difference_pa: f64,
+    /// What the pressures push with.
+    gas_n: f64,
 }
 
 /// Terms of the law that are sought.
@@ -167,6 +176,9 @@ impl Forces {
             force_n: mean_n,
             deviation_n: deviation_n.hypot(steady::FORCE_LINEARITY * mean_n),
             mean_gauge_pa: over_rows(&|row| 0.5 * (gauge("p_a", row) + gauge("p_b", row))),
+            gas_n: over_rows(&|row| {
+                gauge("p_a", row) * self.area_m2[0] - gauge("p_b", row) * self.area_m2[1]
+            }),
             difference_pa: over_rows(&|row| (gauge("p_a", row) - gauge("p_b", row)).abs()),
         }
     }
@@ -251,16 +263,24 @@ fn shown_by(points: &[Point]) -> Terms {
             .collect();
         speeds.sort_by(f64::total_cmp);
         speeds.dedup_by(|next, before| *next < ONE_SPEED * *before);
-        speeds.len()
+        speeds
     };
-    let most = speeds(1.0).max(speeds(-1.0));
+    let both = [speeds(1.0), speeds(-1.0)];
+    let span = |speeds: &[f64]| match (speeds.first(), speeds.last()) {
+        (Some(slowest), Some(fastest)) => fastest / slowest,
+        _ => 1.0,
+    };
+    let any = |count: usize, least_span: f64| {
+        both.iter()
+            .any(|speeds| speeds.len() >= count && span(speeds) >= least_span)
+    };
     let spread = |of: fn(&Point) -> f64| {
         let all = points.iter().map(of);
         all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
     };
     Terms {
-        viscous: most >= 2,
-        falling: most >= SPEEDS_OF_A_CURVE,
+        viscous: any(2, SPAN_OF_A_SLOPE),
+        falling: any(SPEEDS_OF_A_CURVE, SPAN_OF_A_CURVE),
         with_mean: spread(|one| one.mean_gauge_pa) > ONE_PRESSURE_PA,
         with_difference: spread(|one| one.difference_pa) > ONE_PRESSURE_PA,
     }
@@ -388,7 +408,7 @@ fn notes(fitted: &Fitted, points: &[Point]) -> Vec<String> {
     let terms = fitted.terms;
     if !can.viscous {
         notes.push(
-            "each direction has one speed only: a viscous part cannot be told from the dry one"
+            "the speeds of each direction span less than a factor of two: a viscous part cannot be told from the dry one"
                 .into(),
         );
     } else if !terms.viscous {
@@ -396,7 +416,7 @@ fn notes(fitted: &Fitted, points: &[Point]) -> Vec<String> {
     }
     if !can.falling {
         notes.push(format!(
-            "fewer than {SPEEDS_OF_A_CURVE} speeds in one direction: static friction and Stribeck velocity were not sought"
+            "no direction has {SPEEDS_OF_A_CURVE} speeds that span a factor of {SPAN_OF_A_CURVE}: static friction and Stribeck velocity were not sought"
         ));
     } else if !terms.falling {
         notes.push("the friction does not fall with the speed where it was measured: static friction and Stribeck velocity stay as they are; measure at lower speeds".into());
@@ -413,6 +433,7 @@ fn notes(fitted: &Fitted, points: &[Point]) -> Vec<String> {
             "all stretches are at {pressure_bar:.1} bar gauge: friction grows with pressure as a rule, and these levels hold there"
         ));
     }
+    notes.extend(area_off(fitted, points));
     for (recording, place) in fitted.zeros.iter().enumerate() {
         if let Some(place) = place {
             let (zero_n, deviation_n) = fitted.solved.at(6 + place);
@@ -425,6 +446,34 @@ fn notes(fitted: &Fitted, points: &[Point]) -> Vec<String> {
         }
     }
     notes
+}
+
+/// Zeros that grow with the pressures' force say that an area or a gauge's gain is off.
+fn area_off(fitted: &Fitted, points: &[Point]) -> Option<String> {
+    let zeros: Vec<(f64, f64)> = (0..fitted.zeros.len())
+        .filter_map(|recording| {
+            let zero_n = fitted.solved.values[6 + fitted.zeros[recording]?];
+            let gas_n = points.iter().filter(|one| one.recording == recording);
+            let gas_n: Vec<f64> = gas_n.map(|one| one.gas_n).collect();
+            Some((steady::mean(&gas_n), zero_n))
+        })
+        .collect();
+    let (gas_n, zero_n): (Vec<f64>, Vec<f64>) = zeros.into_iter().unzip();
+    if gas_n.len() < 3 {
+        return None;
+    }
+    let share = steady::slope(&gas_n, &zero_n);
+    let (gas_middle, zero_middle) = (steady::mean(&gas_n), steady::mean(&zero_n));
+    let squares =
+        |of: &dyn Fn(usize) -> f64| (0..gas_n.len()).map(|one| of(one).powi(2)).sum::<f64>();
+    let all = squares(&|one| zero_n[one] - zero_middle);
+    let left = squares(&|one| zero_n[one] - zero_middle - share * (gas_n[one] - gas_middle));
+    (left < (1.0 - SHARED) * all).then(|| {
+        format!(
+            "the mean of both directions grows with the pressures' force, by {:.1} % of it: a piston area, or the gain of a gauge or of the force sensor, is off by so much",
+            100.0 * share
+        )
+    })
 }
 
 fn pictures(rig: &Rig, fitted: &Fitted, points: &[Point]) -> Vec<Picture> {

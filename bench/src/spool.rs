@@ -29,6 +29,9 @@ use crate::steady;
 const MOST_ROWS: usize = 20_000;
 /// Steps of the lag are short against it, rad.
 const STEP_ANGLE: f64 = 0.15;
+/// What the law leaves open of gain, frequency, damping, play and rate, as a part of them: steps of the
+/// integration at the limit, a spring that is not quite linear (chosen).
+const LAW_ERROR: f64 = 1e-3;
 /// A logger's instants are known to this part of a row: one deviation of a dead time at least.
 const INSTANT_ROWS: f64 = 0.05;
 /// Points of a picture.
@@ -86,7 +89,18 @@ fn stretch(track: &Track<'_>) -> Stretch {
 }
 
 fn numbers(rig: &Rig, solved: &Solved, correlated: f64, row_s: f64) -> Vec<Number> {
-    let at = |place: usize| (solved.values[place], solved.deviations[place] * correlated);
+    let at = |place: usize| {
+        let value = solved.values[place];
+        let law_error = if place == NULL {
+            0.0
+        } else {
+            LAW_ERROR * value
+        };
+        (
+            value,
+            (solved.deviations[place] * correlated).hypot(law_error),
+        )
+    };
     let of_key = |key: &str, place: usize| {
         let (value, deviation) = at(place);
         Number::of_key(key, value, deviation)

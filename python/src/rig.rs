@@ -53,6 +53,8 @@ impl Rig {
             let column = match &signal.column {
                 grey_box::rig::Column::Name(column) => column.clone(),
                 grey_box::rig::Column::Number(number) => number.to_string(),
+                grey_box::rig::Column::Constant(value) => format!("constant {value}"),
+                grey_box::rig::Column::Every(value) => format!("every {value}"),
             };
             (name.to_owned(), column, signal.unit.to_string())
         });

@@ -5,8 +5,9 @@ use grey_box::rig::{FeedsAWhen, Valve};
 use model_core::valve::{AreaTable, FlowLaw};
 
 use super::{Point, number, shape};
-use crate::least_squares::{Solved, fitted};
+use crate::least_squares::{Solved, fitted, linear};
 use crate::outcome::{AreaPoint, Number};
+use nalgebra::{DMatrix, DVector};
 
 /// Up to this opening all paths are closed: overlaps are 0.2 to 0.5 V. What flows there is leakage.
 const CLOSED_UP_TO_V: f64 = 0.12;
@@ -16,6 +17,8 @@ const TURNS: usize = 4;
 const NULL_RANGE_V: f64 = 0.5;
 /// What a smooth curve through the points may be off by between them, as a part of the area.
 const BETWEEN_POINTS: f64 = 5e-3;
+/// The part of the largest area between which a path's first rise is read.
+const RISE: (f64, f64) = (0.03, 0.3);
 /// Points of a branch from which a curve is read.
 const LEAST_POINTS: usize = 4;
 /// The most points of a table of the rig file.
@@ -244,10 +247,45 @@ impl Areas {
     }
 
     pub(super) fn numbers(&self) -> Vec<Number> {
-        self.alike
+        let null = self
+            .alike
             .iter()
-            .map(|alike| number("valve.null_V", alike.at(0)))
-            .collect()
+            .map(|alike| number("valve.null_V", alike.at(0)));
+        let dead_zones = [0, 1].into_iter().filter_map(|path| self.dead_zone(path));
+        null.chain(dead_zones).collect()
+    }
+
+    /// Where the line through the first of a path's rise meets the leakage.
+    fn dead_zone(&self, path: usize) -> Option<Number> {
+        let points = &self.paths[path];
+        let leakage_m2 = self.leakages_m2()[path];
+        let largest_m2 = points.iter().map(|one| one.1).fold(0.0, f64::max);
+        let rising: Vec<&OpenPoint> = points
+            .iter()
+            .filter(|one| (RISE.0 * largest_m2..RISE.1 * largest_m2).contains(&one.1))
+            .collect();
+        if rising.len() < 3 {
+            return None;
+        }
+        let design = DMatrix::from_fn(rising.len(), 2, |row, column| {
+            [rising[row].1 - leakage_m2, 1.0][column]
+        });
+        let wanted = DVector::from_iterator(rising.len(), rising.iter().map(|one| one.0));
+        let line = linear(&design, &wanted).ok()?;
+        let left_v = (line.squares / (rising.len() as f64 - 2.0).max(1.0)).sqrt();
+        let key = ["dead_zone_supply_V", "dead_zone_exhaust_V"][path];
+        let what = [
+            "opening at which the supply path begins to rise",
+            "opening at which the exhaust path begins to rise",
+        ];
+        // Rows are in volts, not in units of a deviation: what they leave is the deviation.
+        let deviation = left_v * line.deviations[1].min(1.0);
+        Some(Number::named(
+            key,
+            what[path],
+            "V",
+            (line.values[1], deviation),
+        ))
     }
 
     /// Opening, area and deviation of a path's commands.

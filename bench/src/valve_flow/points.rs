@@ -179,8 +179,7 @@ fn from_meter(rig: &Rig, track: &Track<'_>) -> Result<Vec<(Point, Range<usize>)>
     let around = Surroundings::of(rig, track)?;
     let flow = track.recording.signal("flow_a").unwrap_or(&[]);
     let zero = METER_ZERO * flow.iter().map(|one| one.abs()).fold(0.0, f64::max);
-    if rig.signals.get("t").is_none() {
-        // A table without time: every row is a point.
+    if is_table(around.command_v) {
         let point = |row: usize| {
             let noise = rig
                 .signals
@@ -222,6 +221,13 @@ fn from_meter(rig: &Rig, track: &Track<'_>) -> Result<Vec<(Point, Range<usize>)>
         }
     }
     Ok(found)
+}
+
+/// A command that changes from row to row is no recording over time but a table: every row is a
+/// point.
+fn is_table(command_v: &[f64]) -> bool {
+    let held = steady::held(command_v, ONE_COMMAND_V);
+    2 * held.len() > command_v.len()
 }
 
 /// Fewest rows of half of a settled flow.

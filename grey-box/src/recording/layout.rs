@@ -101,6 +101,7 @@ impl<'s> Search<'s> {
             match &signal.column {
                 Column::Name(name) => search.names.push(bare(name)),
                 Column::Number(number) => search.used.push(*number),
+                Column::Constant(_) | Column::Every(_) => {}
             }
         }
         search

@@ -206,7 +206,7 @@ fn columns(signals: &Signals) -> Vec<(&str, &str)> {
         .iter()
         .filter_map(|(signal, facts)| match &facts.column {
             Column::Name(name) => Some((signal, name.trim())),
-            Column::Number(_) => None,
+            _ => None,
         });
     named.collect()
 }

@@ -107,7 +107,12 @@ pub(super) struct Table<'s> {
     time: TimeColumn<'s>,
     /// The first stamp that runs backward by no more than a late one may.
     disorder: Option<RecordingError>,
-    time_column: usize,
+    /// None where the rows are stated to be evenly apart.
+    time_column: Option<usize>,
+    /// Time from row to row in that case, s.
+    row_s: f64,
+    /// Signals that were not recorded, with their value.
+    constants: Vec<(&'s str, f64)>,
     channels: Vec<Channel<'s>>,
     /// The values of the row at hand; kept once the row is complete.
     row: Vec<f64>,
@@ -129,12 +134,24 @@ impl<'s> Table<'s> {
         rows: usize,
     ) -> Result<Self, RecordingError> {
         let mut time = None;
-        let mut channels = Vec::new();
+        let (mut channels, mut constants, mut row_s) = (Vec::new(), Vec::new(), 0.0);
         for (name, signal) in signals.iter() {
-            let column = find_column(file, &layout, name, &signal.column)?;
+            let column = match &signal.column {
+                Column::Constant(value) => {
+                    constants.push((name, signal.to_si(*value, signals.gauge_zero_pa)));
+                    continue;
+                }
+                Column::Every(distance) => {
+                    row_s = signal.to_si(*distance, 0.0);
+                    time = Some((TimeColumn::new(signal, rows), None));
+                    continue;
+                }
+                Column::Number(number) => find_number(file, &layout, name, *number)?,
+                Column::Name(header) => find_name(file, &layout, name, header)?,
+            };
             check_units(file, &layout, column, signal)?;
             if name == "t" {
-                time = Some((TimeColumn::new(signal, rows), column));
+                time = Some((TimeColumn::new(signal, rows), Some(column)));
                 continue;
             }
             channels.push(Channel {
@@ -157,6 +174,8 @@ impl<'s> Table<'s> {
             time,
             disorder: None,
             time_column,
+            row_s,
+            constants,
             row: vec![0.0; channels.len()],
             channels,
             line: Vec::with_capacity(rows),
@@ -172,7 +191,7 @@ impl<'s> Table<'s> {
     /// Lets the head of the file decide the decimal mark.
     pub(super) fn observe(&mut self, head: &[Line], splitter: &mut Splitter) {
         let columns = self.channels.iter().map(|channel| channel.column);
-        let columns: Vec<usize> = columns.chain([self.time_column]).collect();
+        let columns: Vec<usize> = columns.chain(self.time_column).collect();
         for line in head {
             if self.numbers.mark().is_some() {
                 break;
@@ -222,10 +241,13 @@ impl<'s> Table<'s> {
     fn add_row(&mut self, row: &Row) -> Result<(), RecordingError> {
         let number = row.line.number;
         self.rows += 1;
-        let time_s = self
-            .time
-            .read(row.cell(self.time_column), number, &mut self.numbers)
-            .map_err(|fault| self.cell_error(row, self.time_column, fault))?;
+        let time_s = match self.time_column {
+            Some(column) => self
+                .time
+                .read(row.cell(column), number, &mut self.numbers)
+                .map_err(|fault| self.cell_error(row, column, fault))?,
+            None => Some(self.row_s * (self.rows - 1) as f64),
+        };
         let complete = self.read_values(row)?;
         self.last_row_unterminated = !row.line.terminated;
         self.note_comma(number);
@@ -282,8 +304,10 @@ impl<'s> Table<'s> {
         if time_s > *last_s {
             return Ok(true);
         }
-        if let Some(fault) = self.time.backward(time_s, *last_line) {
-            let fault = self.column_error(number, self.time_column, fault);
+        if let (Some(column), Some(fault)) =
+            (self.time_column, self.time.backward(time_s, *last_line))
+        {
+            let fault = self.column_error(number, column, fault);
             if !self.time.may_be_late(time_s) {
                 return Err(fault);
             }
@@ -401,6 +425,9 @@ impl<'s> Table<'s> {
         }
         let mut remarks = self.remarks();
         let unused_columns = self.unused_columns();
+        let rows = self.line.len();
+        let constants = self.constants.into_iter();
+        let constants = constants.map(|(name, value)| (name.to_owned(), vec![value; rows]));
         let signals = self.channels.into_iter();
         let time_s = match even {
             Some(even) => {
@@ -414,6 +441,7 @@ impl<'s> Table<'s> {
             time_s,
             signals: signals
                 .map(|channel| (channel.name.to_owned(), channel.values))
+                .chain(constants)
                 .collect(),
             line: self.line,
             unused_columns,
@@ -491,11 +519,14 @@ impl<'s> Table<'s> {
     }
 
     fn check_stamps(&self) -> Result<(), RecordingError> {
+        let Some(time_column) = self.time_column else {
+            return Ok(());
+        };
         if let Some(fault) = &self.disorder {
             return Err(fault.clone());
         }
         if let Some((line, fault)) = self.time.repeats() {
-            return Err(self.column_error(line, self.time_column, fault));
+            return Err(self.column_error(line, time_column, fault));
         }
         let duplicates = self.duplicates.count;
         if duplicates > 1 && duplicates as f64 > DUPLICATE_SHARE * self.rows as f64 {
@@ -507,7 +538,7 @@ impl<'s> Table<'s> {
                 expected: "each row once, with a time of its own".into(),
             };
             let line = self.duplicates.first_line;
-            return Err(self.column_error(line, self.time_column, fault));
+            return Err(self.column_error(line, time_column, fault));
         }
         Ok(())
     }
@@ -554,7 +585,7 @@ impl<'s> Table<'s> {
             .iter()
             .map(|channel| (channel.column, channel.signal));
         columns
-            .chain([(self.time_column, self.time.signal)])
+            .chain(self.time_column.map(|column| (column, self.time.signal)))
             .filter_map(|(column, signal)| {
                 let name = self.layout.names.as_ref()?.get(column)?;
                 let (_, unit) = name.rsplit_once(['[', '('])?;
@@ -586,7 +617,8 @@ impl<'s> Table<'s> {
             })
             .collect();
         let columns = if columns.is_empty() {
-            format!("column {}", self.layout.label(self.time_column))
+            let time = self.time_column.map(|column| self.layout.label(column));
+            format!("column {}", time.unwrap_or_default())
         } else {
             columns.join("; ")
         };
@@ -602,7 +634,7 @@ impl<'s> Table<'s> {
     fn holds_units(&self, row: &TextRow) -> bool {
         let columns = self.channels.iter().map(|channel| channel.column);
         let mut cells = columns
-            .chain([self.time_column])
+            .chain(self.time_column)
             .filter_map(|column| row.cells.get(column));
         cells.any(|cell| Written::read(cell).is_some())
     }
@@ -610,7 +642,7 @@ impl<'s> Table<'s> {
     fn unused_columns(&self) -> Vec<String> {
         let used = |column: usize| {
             let mut channels = self.channels.iter().map(|channel| channel.column);
-            column == self.time_column || channels.any(|used| used == column)
+            self.time_column == Some(column) || channels.any(|used| used == column)
         };
         (0..self.layout.columns)
             .filter(|column| !used(*column))
@@ -690,21 +722,18 @@ fn check_units(
     Ok(())
 }
 
-fn find_column(
+fn find_number(
     file: &str,
     layout: &Layout,
     signal: &str,
-    column: &Column,
+    number: usize,
 ) -> Result<usize, RecordingError> {
-    match column {
-        Column::Number(number) if *number < layout.columns => Ok(*number),
-        Column::Number(number) => {
-            let problem = format!("no column {number} for the signal {signal}");
-            let expected = format!("a number from 0 to {}", layout.columns.saturating_sub(1));
-            Err(error(file, layout.header_line, problem, expected))
-        }
-        Column::Name(name) => find_name(file, layout, signal, name),
+    if number < layout.columns {
+        return Ok(number);
     }
+    let problem = format!("no column {number} for the signal {signal}");
+    let expected = format!("a number from 0 to {}", layout.columns.saturating_sub(1));
+    Err(error(file, layout.header_line, problem, expected))
 }
 
 fn find_name(

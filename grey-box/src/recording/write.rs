@@ -25,7 +25,7 @@ pub fn as_recorded(recording: &Recording, signals: &Signals) -> Vec<data_files::
         let values = recording.signal(name)?.iter().map(recorded).collect();
         let header = match &signal.column {
             Column::Name(header) => header.as_str(),
-            Column::Number(_) => name,
+            _ => name,
         };
         let column = data_files::Column::new(header, data_files::Cells::Reals(values));
         Some(column.with_facts(Some(signal.unit.to_string()), Some(name.into())))
@@ -93,7 +93,7 @@ pub fn arrange(
 ) -> Result<Vec<(String, usize)>, RigError> {
     let numbered = |place: usize| match rig.signals.get(offered[place].0)?.column {
         Column::Number(number) => Some(number),
-        Column::Name(_) => None,
+        _ => None,
     };
     let mut slots: Vec<Option<usize>> = vec![None; offered.len()];
     for place in 0..offered.len() {

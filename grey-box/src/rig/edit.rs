@@ -135,8 +135,10 @@ fn of_curve(valve: &Valve) -> Vec<(&'static str, Entry)> {
 
 fn of_signal(signal: &Signal) -> Vec<(&'static str, Entry)> {
     let column = match &signal.column {
-        Column::Name(name) => Entry::Word(name.clone()),
-        Column::Number(number) => Entry::Number(*number as f64),
+        Column::Name(name) => ("column", Entry::Word(name.clone())),
+        Column::Number(number) => ("column", Entry::Number(*number as f64)),
+        Column::Constant(value) => ("constant", Entry::Number(*value)),
+        Column::Every(value) => ("every", Entry::Number(*value)),
     };
     let unit = Entry::Word(signal.unit.as_str().to_owned());
     let numbers = [
@@ -148,7 +150,7 @@ fn of_signal(signal: &Signal) -> Vec<(&'static str, Entry)> {
     let numbers = numbers
         .into_iter()
         .filter_map(|(key, value)| Some((key, Entry::Number(value?))));
-    [("column", column), ("unit", unit)]
+    [column, ("unit", unit)]
         .into_iter()
         .chain(numbers)
         .collect()

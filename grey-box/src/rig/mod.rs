@@ -172,13 +172,17 @@ impl Signal {
     }
 }
 
-/// A column of a recording.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A column of a recording, or what stands in for one.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Column {
     /// By its name in the header line.
     Name(String),
     /// By its number, from 0.
     Number(usize),
+    /// None: the signal has this value in every row, in its unit.
+    Constant(f64),
+    /// None, for the time: the rows are this far apart, in its unit.
+    Every(f64),
 }
 
 /// `[gas]`.

@@ -306,11 +306,38 @@ impl<'t> Reader<'t> {
         whole: &Entry<'t>,
         table: &DeTable<'t>,
     ) -> Result<Column, RigError> {
+        let in_place = if key == "signals.t" {
+            "every"
+        } else {
+            "constant"
+        };
+        let stands_in = self.in_place_of_column(key, (in_place, table))?;
+        let other = if in_place == "every" {
+            "constant"
+        } else {
+            "every"
+        };
+        if let Some(entry) = table.get(other) {
+            let (key, expected) = (format!("{key}.{other}"), format!("{in_place}, or a column"));
+            return Err(self.error(
+                Some(entry.span()),
+                Some(&key),
+                "is of no use here",
+                &expected,
+            ));
+        }
         let key = format!("{key}.column");
         let expected = "a header name or a column number counted from 0";
         let Some(entry) = table.get("column") else {
+            if let Some(column) = stands_in {
+                return Ok(column);
+            }
             return Err(self.error(Some(whole.span()), Some(&key), "missing", expected));
         };
+        if stands_in.is_some() {
+            let problem = format!("stands beside {in_place}");
+            return Err(self.error(Some(entry.span()), Some(&key), problem, "one of both"));
+        }
         let column = match entry.get_ref() {
             DeValue::String(name) if !name.trim().is_empty() => {
                 Some(Column::Name(name.trim().into()))
@@ -324,6 +351,22 @@ impl<'t> Reader<'t> {
             let problem = format!("is {}", shown(entry));
             self.error(Some(entry.span()), Some(&key), problem, expected)
         })
+    }
+
+    /// A value that was not recorded, or the distance of rows without a time.
+    fn in_place_of_column(
+        &self,
+        key: &str,
+        (name, table): (&str, &DeTable<'t>),
+    ) -> Result<Option<Column>, RigError> {
+        let Some(entry) = table.get(name) else {
+            return Ok(None);
+        };
+        let key = format!("{key}.{name}");
+        Ok(Some(match name {
+            "every" => Column::Every(self.number(&key, entry, &POSITIVE)?),
+            _ => Column::Constant(self.number(&key, entry, &ANY)?),
+        }))
     }
 
     fn unit(
@@ -383,7 +426,7 @@ impl<'t> Reader<'t> {
             .rig
             .signals
             .iter()
-            .find(|(_, other)| other.column == signal.column);
+            .find(|(_, other)| other.column == signal.column && !is_constant(&other.column));
         let Some((other, _)) = taken else {
             return Ok(());
         };
@@ -1033,4 +1076,9 @@ fn section_keys(section: &str) -> Vec<&'static str> {
         .chain(stated)
         .filter_map(|name| in_section(name, section))
         .collect()
+}
+
+/// Whether a signal has no column of its own to be shared.
+fn is_constant(column: &Column) -> bool {
+    matches!(column, Column::Constant(_))
 }

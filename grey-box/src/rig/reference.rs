@@ -370,7 +370,7 @@ fn signals_schema() -> Value {
     let mut signals = Map::new();
     for signal in SIGNALS {
         let mut schema = object(signal.what, fields.clone());
-        schema["required"] = json!(["column", "unit"]);
+        schema["required"] = json!(["unit"]);
         signals.insert(signal.name.into(), schema);
     }
     object(open_section("signals"), signals)

@@ -69,7 +69,9 @@ pub fn signal_dimension(name: &str, recorded: Option<Dimension>) -> Option<Dimen
 /// The keys of one signal.
 #[rustfmt::skip]
 pub(super) const SIGNAL_KEYS: &[(&str, Facts)] = &[
-    ("column", facts("", "\"p_a\" or 3", "header name of the column, or its number counted from 0; required", "first line of the recording")),
+    ("column", facts("", "\"p_a\" or 3", "header name of the column, or its number counted from 0; required but for the two keys below", "first line of the recording")),
+    ("constant", facts("the unit", "5.0", "in place of a column: a value that was the same all the time and was not recorded", "notes of the experiment")),
+    ("every", facts("the unit", "0.001", "for t in place of a column: the rows are this far apart", "sampling time of the logger; 1 s for a table without time")),
     ("unit", facts("", "\"bar(g)\"", "unit of the column, converted to SI on reading; a pressure states (abs) or (g); required", "logger's configuration")),
     ("noise", facts("SI", "200 Pa, 4e-6 m", "standard deviation of the noise after scaling", "`pneuma inspect` measures it")),
     ("resolution", facts("SI", "244 Pa, 7.6e-6 m", "step of the converter after scaling", "`pneuma inspect` measures it")),

@@ -134,13 +134,12 @@ pub(super) fn key_in<'a>(name: &'a str, section: &str) -> Option<&'a str> {
 
 fn signal_table(signal: &Signal) -> String {
     let column = match &signal.column {
-        Column::Name(name) => quoted(name),
-        Column::Number(number) => number.to_string(),
+        Column::Name(name) => format!("column = {}", quoted(name)),
+        Column::Number(number) => format!("column = {number}"),
+        Column::Constant(value) => format!("constant = {}", float(*value)),
+        Column::Every(value) => format!("every = {}", float(*value)),
     };
-    let mut table = format!(
-        "{{ column = {column}, unit = {}",
-        quoted(signal.unit.as_str())
-    );
+    let mut table = format!("{{ {column}, unit = {}", quoted(signal.unit.as_str()));
     let numbers = [
         ("noise", signal.noise),
         ("resolution", signal.resolution),
