@@ -127,7 +127,8 @@ impl Forces {
             return Err("no position is recorded: friction is measured over the speed".into());
         }
         let has_sensor = has("force");
-        if !has_sensor && !(has("p_a") && has("p_b")) {
+        let has_both_pressures = has("p_a") && has("p_b");
+        if !(has_sensor || has_both_pressures) {
             return Err("neither a force nor both pressures are recorded: nothing says what moves the carriage".into());
         }
         let mut area_m2 = [0.0; 2];
@@ -286,57 +287,71 @@ fn shown_by(points: &[Point]) -> Terms {
     }
 }
 
-/// Coulomb level, viscous friction, further static level, Stribeck velocity, both growths, zeros;
-/// those that are not sought are held at nothing.
+/// What the points span: sizes for starts and bounds.
+struct Spans {
+    largest_n: f64,
+    fastest: f64,
+    slowest: f64,
+}
+
+impl Spans {
+    fn of(points: &[Point]) -> Self {
+        let speeds = points.iter().map(|one| one.speed_m_per_s.abs());
+        let forces = points.iter().map(|one| one.force_n.abs());
+        Self {
+            largest_n: forces.fold(0.0, f64::max),
+            fastest: speeds.clone().fold(0.0, f64::max),
+            slowest: speeds.fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// Coulomb level, viscous friction, further static level, Stribeck velocity, both growths; those
+    /// that are not sought are held at nothing.
+    fn parameters(&self, terms: Terms, stribeck_start: f64) -> Vec<Parameter> {
+        let free = |on: bool, start: f64, (lower, upper): (f64, f64)| {
+            let start = if on { start } else { 0.0 };
+            let (lower, upper) = if on { (lower, upper) } else { (start, start) };
+            Parameter::new(start).bounded(lower, upper)
+        };
+        let (largest_n, per_pa) = (self.largest_n, self.largest_n / 1e5);
+        let levels = (0.0, 10.0 * largest_n);
+        let viscous = largest_n / self.fastest;
+        let velocities = (0.3 * self.slowest, self.fastest);
+        let velocity = (stribeck_start * self.slowest).clamp(velocities.0, velocities.1);
+        let held = (velocity, velocity);
+        let growths = (-per_pa, per_pa);
+        vec![
+            free(true, 0.7 * largest_n, levels),
+            free(terms.viscous, 0.0, (0.0, 100.0 * viscous)).with_scale(viscous),
+            free(terms.falling, 0.2 * largest_n, levels).with_scale(largest_n),
+            free(
+                true,
+                velocity,
+                if terms.falling { velocities } else { held },
+            ),
+            free(terms.with_mean, 0.0, growths).with_scale(0.01 * per_pa),
+            free(terms.with_difference, 0.0, growths).with_scale(0.01 * per_pa),
+        ]
+    }
+}
+
+/// The numbers of some terms, and the zeros.
 fn fit(points: &[Point], terms: Terms, zeros: &[Option<usize>]) -> Option<Fitted> {
-    let largest_n = points
-        .iter()
-        .map(|one| one.force_n.abs())
-        .fold(0.0, f64::max);
-    let fastest = points
-        .iter()
-        .map(|one| one.speed_m_per_s.abs())
-        .fold(0.0, f64::max);
-    let slowest = points
-        .iter()
-        .map(|one| one.speed_m_per_s.abs())
-        .fold(f64::INFINITY, f64::min);
-    let free = |on: bool, start: f64, lower: f64, upper: f64| {
-        let (lower, upper) = if on { (lower, upper) } else { (start, start) };
-        Parameter::new(start).bounded(lower, upper)
-    };
-    let per_pa = largest_n / 1e5;
-    let starts_of_fall: &[f64] = if terms.falling {
+    let spans = Spans::of(points);
+    let starts: &[f64] = if terms.falling {
         &[1.5, 4.0, 10.0]
     } else {
         &[1.0]
     };
-    let count = zeros.iter().flatten().count();
+    let residuals = |numbers: &[f64]| -> Vec<f64> {
+        let off = |one: &Point| (one.force_n - law_n(numbers, one, zeros)) / one.deviation_n;
+        points.iter().map(off).collect()
+    };
     let mut best: Option<Solved> = None;
-    for start in starts_of_fall {
-        let velocity = (start * slowest).clamp(0.3 * slowest, fastest);
-        let mut parameters = vec![
-            free(true, 0.7 * largest_n, 0.0, 10.0 * largest_n),
-            free(terms.viscous, 0.0, 0.0, 100.0 * largest_n / fastest)
-                .with_scale(largest_n / fastest),
-            free(
-                terms.falling,
-                if terms.falling { 0.2 * largest_n } else { 0.0 },
-                0.0,
-                10.0 * largest_n,
-            )
-            .with_scale(largest_n),
-            free(terms.falling, velocity, 0.3 * slowest, fastest),
-            free(terms.with_mean, 0.0, -per_pa, per_pa).with_scale(0.01 * per_pa),
-            free(terms.with_difference, 0.0, -per_pa, per_pa).with_scale(0.01 * per_pa),
-        ];
-        parameters.extend((0..count).map(|_| Parameter::new(0.0).with_scale(1.0)));
-        let residuals = |numbers: &[f64]| -> Vec<f64> {
-            points
-                .iter()
-                .map(|one| (one.force_n - law_n(numbers, one, zeros)) / one.deviation_n)
-                .collect()
-        };
+    for start in starts {
+        let mut parameters = spans.parameters(terms, *start);
+        let zero = Parameter::new(0.0).with_scale(1.0);
+        parameters.extend(zeros.iter().flatten().map(|_| zero));
         let solved = fitted(&parameters, &residuals).ok()?;
         if best
             .as_ref()
@@ -345,11 +360,10 @@ fn fit(points: &[Point], terms: Terms, zeros: &[Option<usize>]) -> Option<Fitted
             best = Some(solved);
         }
     }
-    let solved = best.filter(|solved| solved.rows > solved.free)?;
     Some(Fitted {
         terms,
         zeros: zeros.to_vec(),
-        solved,
+        solved: best.filter(|solved| solved.rows > solved.free)?,
     })
 }
 

@@ -74,34 +74,8 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
     let mut runs: Vec<Run> = Vec::new();
     let mut notes = Vec::new();
     for track in tracks {
-        let command = track.recording.signal("u").ok_or(
-            "no command is recorded: it says when the valve was opened and when it was stopped",
-        )?;
         for side in Side::BOTH {
-            let Some(pressure_pa) = track.recording.signal(side.pressure_signal()) else {
-                continue;
-            };
-            let mut before: Option<&Run> = None;
-            for (open, shut) in cycles(command) {
-                if let Some(before) =
-                    before.filter(|one| !one.has_settled(track.recording.time_s[open]))
-                {
-                    let settling_s = before.settled.time_constant_s;
-                    notes.push(format!(
-                        "{}: at {:.2} s the valve opens before the gas has settled from the stop before ({SETTLED_AFTER} times {settling_s:.2} s); the run is left out",
-                        track.recording.name, track.recording.time_s[open]
-                    ));
-                    continue;
-                }
-                match run(rig, track, side, pressure_pa, (open, shut)) {
-                    Ok(Some(one)) => {
-                        runs.push(one);
-                        before = runs.last();
-                    }
-                    Ok(None) => {}
-                    Err(why) => notes.push(format!("{}: {why}", track.recording.name)),
-                }
-            }
+            runs_of(rig, track, side, (&mut runs, &mut notes))?;
         }
     }
     if runs.is_empty() {
@@ -122,8 +96,7 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
         if of_kind.is_empty() {
             continue;
         }
-        let solved = heat_transfer(&of_kind)?;
-        let (value, deviation) = solved.at(0);
+        let (value, deviation) = heat_transfer(&of_kind)?.at(0);
         numbers.push(Number::of_key(key, value, deviation));
         found[usize::from(!fills)] = Some(value);
     }
@@ -140,6 +113,42 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
         pictures: pictures(rig, &runs, found),
         ..Outcome::default()
     })
+}
+
+/// The runs of one chamber in one recording.
+fn runs_of(
+    rig: &Rig,
+    track: &Track<'_>,
+    side: Side,
+    (runs, notes): (&mut Vec<Run>, &mut Vec<String>),
+) -> Result<(), String> {
+    let recording = track.recording;
+    let command = recording.signal("u").ok_or(
+        "no command is recorded: it says when the valve was opened and when it was stopped",
+    )?;
+    let Some(pressure_pa) = recording.signal(side.pressure_signal()) else {
+        return Ok(());
+    };
+    let mut settles_at_s = f64::NEG_INFINITY;
+    for (open, shut) in cycles(command) {
+        let opened_s = recording.time_s[open];
+        if opened_s < settles_at_s {
+            notes.push(format!(
+                "{}: at {opened_s:.2} s the valve opens before the gas has settled from the stop before, {SETTLED_AFTER} time constants; the run is left out",
+                recording.name
+            ));
+            continue;
+        }
+        match run(rig, track, (side, pressure_pa), (open, shut)) {
+            Ok(Some(one)) => {
+                settles_at_s = one.stop_s() + SETTLED_AFTER * one.settled.time_constant_s;
+                runs.push(one);
+            }
+            Ok(None) => {}
+            Err(why) => notes.push(format!("{}: {why}", recording.name)),
+        }
+    }
+    Ok(())
 }
 
 /// Rows at which the valve is opened and shut again; shut is what the recording ends with.
@@ -167,72 +176,91 @@ pub(crate) fn cycles(command: &[f64]) -> Vec<(usize, usize)> {
 fn run(
     rig: &Rig,
     track: &Track<'_>,
-    side: Side,
-    pressure_pa: &[f64],
+    (side, pressure_pa): (Side, &[f64]),
     (open, shut): (usize, usize),
 ) -> Result<Option<Run>, String> {
     let time_s = &track.recording.time_s;
     let command = track.recording.signal("u").unwrap_or(&[]);
     let rest = rest_before(time_s, command, open);
-    let change_pa = (pressure_pa[shut] - pressure_pa[open]).abs();
-    if change_pa < LEAST_CHANGE_PA {
+    if (pressure_pa[shut] - pressure_pa[open]).abs() < LEAST_CHANGE_PA {
         return Ok(None);
     }
-    if time_s[open] - time_s[rest.start] < LEAST_REST_S {
+    let opened_s = time_s[open];
+    if opened_s - time_s[rest.start] < LEAST_REST_S {
         return Err(format!(
-            "at {:.2} s the valve opens without a rest before",
-            time_s[open]
+            "at {opened_s:.2} s the valve opens without a rest before"
         ));
     }
-    let position_m = track
-        .recording
-        .signal("x")
-        .map_or(0.0, |all| steady::mean(&all[rest.start..shut]));
+    let positions = track.recording.signal("x");
+    let position_m = positions.map_or(0.0, |all| steady::mean(&all[rest.start..shut]));
     let vessel = Vessel::of(rig, side, position_m)?;
     if is_mostly_dead(rig, side, position_m) {
         return Ok(None);
     }
     let noise_pa = steady::signal_noise(rig, side.pressure_signal(), pressure_pa);
-    let at = |later_s: f64| {
-        let end_s = time_s[shut] + later_s;
-        time_s
-            .partition_point(|time| *time < end_s)
-            .min(time_s.len())
-    };
-    let next =
-        (shut..command.len()).find(|row| (command[*row] - command[shut]).abs() > f64::EPSILON);
-    let (from, until) = (at(SHUTTING_S), next.unwrap_or(time_s.len()));
-    let of_row = (noise_pa, vessel.gas.heat_capacity_ratio);
-    let leak = leak(rig, track, (side, vessel), from..until);
-    let settled = settled(
-        &time_s[from..until],
-        &pressure_pa[from..until],
-        (&leak, Reference::Begin),
-        of_row,
-    )?;
-    let early = from..at(EARLY_S).min(until);
-    let (stop_pa, stop_deviation_pa) = extrapolated(
-        &time_s[early.clone()],
-        &pressure_pa[early],
-        time_s[shut],
-        noise_pa,
-    )?;
-    let rested = rest.len() as f64;
+    let stop = stopped(rig, track, (side, vessel), (shut, noise_pa))?;
+    let begin_deviation_pa = noise_pa / (rest.len() as f64).sqrt();
     let mut open_pa = pressure_pa[open..=shut].to_vec();
     // Both ends of the balance: what the rest and the settling say of them is quieter than a row.
     open_pa[0] = steady::mean(&pressure_pa[rest]);
-    open_pa[shut - open] = stop_pa;
+    open_pa[shut - open] = stop.pressure_pa;
     Ok(Some(Run {
         recording: track.recording.name.clone(),
         side,
         vessel,
         time_s: time_s[open..=shut].to_vec(),
-        fills: settled.pressure_pa > open_pa[0],
+        fills: stop.settled.pressure_pa > open_pa[0],
         pressure_pa: open_pa,
-        stop_pa,
-        settled,
-        end_deviations_pa: [noise_pa / rested.sqrt(), stop_deviation_pa],
+        stop_pa: stop.pressure_pa,
+        settled: stop.settled,
+        end_deviations_pa: [begin_deviation_pa, stop.deviation_pa],
     }))
+}
+
+/// The pressure at a stop, and where it settles.
+struct Stop {
+    pressure_pa: f64,
+    deviation_pa: f64,
+    settled: Settled,
+}
+
+fn stopped(
+    rig: &Rig,
+    track: &Track<'_>,
+    (side, vessel): (Side, Vessel),
+    (shut, noise_pa): (usize, f64),
+) -> Result<Stop, String> {
+    let time_s = &track.recording.time_s;
+    let command = track.recording.signal("u").unwrap_or(&[]);
+    let shown_pa = track
+        .recording
+        .signal(side.pressure_signal())
+        .unwrap_or(&[]);
+    let is_other = |row: &usize| (command[*row] - command[shut]).abs() > f64::EPSILON;
+    let until = (shut..command.len()).find(is_other).unwrap_or(time_s.len());
+    let at = |later_s: f64| {
+        let end_s = time_s[shut] + later_s;
+        time_s.partition_point(|time| *time < end_s).min(until)
+    };
+    let (rows, early) = (at(SHUTTING_S)..until, at(SHUTTING_S)..at(EARLY_S));
+    let leak = leak(rig, track, (side, vessel), rows.clone());
+    let settled = settled(
+        &time_s[rows.clone()],
+        &shown_pa[rows],
+        (&leak, Reference::Begin),
+        (noise_pa, vessel.gas.heat_capacity_ratio),
+    )?;
+    let (pressure_pa, deviation_pa) = extrapolated(
+        &time_s[early.clone()],
+        &shown_pa[early],
+        time_s[shut],
+        noise_pa,
+    )?;
+    Ok(Stop {
+        pressure_pa,
+        deviation_pa,
+        settled,
+    })
 }
 
 /// What the shut valve lets through at the recorded pressures, up to a factor: its leakages are in
@@ -256,19 +284,17 @@ fn leak(rig: &Rig, track: &Track<'_>, (side, vessel): (Side, Vessel), rows: Rang
         ..ambient
     };
     let pa_per_kg = vessel.settled_pa(1.0);
-    let mut course_pa = vec![0.0];
-    for row in rows.start + 1..rows.end {
+    let mut course_pa = Vec::from_iter((!rows.is_empty()).then_some(0.0));
+    for row in rows.skip(1) {
         let Some(supply_pa) = supply_pa(row) else {
             return Leak::steady(time_s);
         };
         let here = at(pressure_pa[row]);
-        let fed = valve
-            .law
-            .flow(shut_m2[0], at(supply_pa), here)
-            .mass_flow_kg_per_s;
-        let vented = valve.law.flow(shut_m2[1], here, ambient).mass_flow_kg_per_s;
+        let fed = valve.law.flow(shut_m2[0], at(supply_pa), here);
+        let vented = valve.law.flow(shut_m2[1], here, ambient);
+        let into_kg_per_s = fed.mass_flow_kg_per_s - vented.mass_flow_kg_per_s;
         let dt_s = recording.time_s[row] - recording.time_s[row - 1];
-        course_pa.push(course_pa[course_pa.len() - 1] + (fed - vented) * dt_s * pa_per_kg);
+        course_pa.push(course_pa[course_pa.len() - 1] + into_kg_per_s * dt_s * pa_per_kg);
     }
     Leak {
         course_pa,
@@ -311,10 +337,6 @@ impl Run {
         let contents = self.contents(heat_transfer);
         self.vessel
             .settled_pa(contents.last().map_or(f64::NAN, |end| end.mass_kg))
-    }
-
-    fn has_settled(&self, time_s: f64) -> bool {
-        time_s - self.stop_s() > SETTLED_AFTER * self.settled.time_constant_s
     }
 
     fn deviation_pa(&self) -> f64 {

@@ -12,9 +12,9 @@ use grey_box::fit::Parameter;
 use grey_box::units::ANR_DENSITY_KG_M3;
 use model_core::valve::FlowLaw;
 
+use crate::flow_point::FlowPoint;
 use crate::least_squares::fitted;
 use crate::outcome::Number;
-use crate::valve_flow::Point;
 
 /// Temperature of the ANR reference (ISO 8778), K.
 const ANR_TEMPERATURE_K: f64 = 293.15;
@@ -41,7 +41,7 @@ fn flow_kg_per_s(
 }
 
 /// C, b and m of the flows of one path, and its nominal flow from 6 to 5 bar gauge.
-pub(crate) fn numbers(path: &[(Point, f64)], law: &FlowLaw<f64>) -> Vec<Number> {
+pub(crate) fn numbers(path: &[(FlowPoint, f64)], law: &FlowLaw<f64>) -> Vec<Number> {
     let Some((first, area_m2)) = path.first() else {
         return Vec::new();
     };

@@ -20,6 +20,7 @@
 
 pub mod dead_volume;
 pub mod fixed_volume;
+pub mod flow_point;
 pub mod friction;
 pub mod heat_transfer;
 pub mod iso6358;

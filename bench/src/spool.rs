@@ -127,7 +127,7 @@ fn numbers(rig: &Rig, solved: &Solved, correlated: f64, row_s: f64) -> Vec<Numbe
         of_key("effects.spool-dynamics.damping_ratio", DAMPING),
     ];
     if is_free(solved, PLAY) {
-        numbers.push(of_key("effects.valve-hysteresis.width", PLAY));
+        numbers.push(of_key("effects.valve-hysteresis.width", PLAY).shown_in("V", 1.0));
     }
     if is_free(solved, DELAY) {
         let (value, deviation) = at(DELAY);
@@ -140,11 +140,8 @@ fn numbers(rig: &Rig, solved: &Solved, correlated: f64, row_s: f64) -> Vec<Numbe
         for key in ["rising_per_s", "falling_per_s"] {
             // The parameter is the time per volt.
             let (rate, of_rate) = (1.0 / value, deviation / value.powi(2));
-            numbers.push(Number::of_key(
-                &format!("effects.slew-limit.{key}"),
-                rate,
-                of_rate,
-            ));
+            let key = format!("effects.slew-limit.{key}");
+            numbers.push(Number::of_key(&key, rate, of_rate).shown_in("V/s", 1.0));
         }
     }
     numbers
@@ -159,11 +156,12 @@ fn is_free(solved: &Solved, place: usize) -> bool {
 
 fn notes(solved: &Solved) -> Vec<String> {
     let absent = [(PLAY, "play"), (DELAY, "dead time"), (RATE, "rate limit")];
-    absent
+    let null = "the null is the command at which the spool's sensor reads nought".to_owned();
+    let absent = absent
         .into_iter()
         .filter(|(place, _)| !is_free(solved, *place))
-        .map(|(_, name)| format!("the recordings show no {name}"))
-        .collect()
+        .map(|(_, name)| format!("the recordings show no {name}"));
+    std::iter::once(null).chain(absent).collect()
 }
 
 struct Bench<'a> {
@@ -268,84 +266,81 @@ impl<'a> Bench<'a> {
     fn pictures(&self, solved: &Solved) -> Vec<Picture> {
         let mut quasi_static =
             Picture::new("Spool over the command", ("command", "V"), ("spool", "mm"));
-        let mut gains = Picture::new(
-            "Gain over the frequency",
-            ("frequency", "Hz"),
-            ("gain", "dB"),
-        );
-        let mut phases = Picture::new(
-            "Phase over the frequency",
-            ("frequency", "Hz"),
-            ("phase", "°"),
-        );
         let mut responses: Vec<(Response, Response)> = Vec::new();
         for track in self.tracks {
-            let (time_s, command) = (
-                &track.recording.time_s,
-                track.recording.signal("u").unwrap_or(&[]),
-            );
-            let spool = track.recording.signal("spool").unwrap_or(&[]);
+            let signal = |name: &str| track.recording.signal(name).unwrap_or(&[]);
+            let (command, spool) = (signal("u"), signal("spool"));
             let law = law(&solved.values, track);
-            let found = sines(time_s, command);
+            let found = sines(&track.recording.time_s, command);
             if found.is_empty() {
-                let every = track.len().div_ceil(SHOWN);
-                let of = |all: &[f64]| -> Vec<(f64, f64)> {
-                    (0..all.len())
-                        .step_by(every)
-                        .map(|row| (command[row], 1e3 * all[row]))
-                        .collect()
-                };
                 let name = &track.recording.name;
                 quasi_static = quasi_static
-                    .with(format!("{name}, recorded"), Kind::Recorded, of(spool))
-                    .with(format!("{name}, law"), Kind::Law, of(&law));
+                    .with(
+                        format!("{name}, recorded"),
+                        Kind::Recorded,
+                        shown(command, spool),
+                    )
+                    .with(format!("{name}, law"), Kind::Law, shown(command, &law));
             }
-            let response = |sine: &Sine, all: &[f64]| sine.response(time_s, command, all);
+            let response =
+                |sine: &Sine, all: &[f64]| sine.response(&track.recording.time_s, command, all);
             responses.extend(
                 found
                     .iter()
                     .map(|sine| (response(sine, spool), response(sine, &law))),
             );
         }
-        let mut amplitudes: Vec<f64> = responses.iter().map(|one| one.0.amplitude).collect();
-        amplitudes.sort_by(f64::total_cmp);
-        amplitudes.dedup_by(|next, before| *next < 1.1 * *before);
         let still = solved.values[GAIN].abs();
-        for amplitude in amplitudes {
-            let near =
-                |one: &&(Response, Response)| (one.0.amplitude / amplitude - 1.0).abs() < 0.1;
-            let of: Vec<&(Response, Response)> = responses.iter().filter(near).collect();
-            let decibel = |one: &Response| (one.frequency_hz, 20.0 * (one.gain / still).log10());
-            let degrees = |one: &Response| (one.frequency_hz, one.phase_rad.to_degrees());
-            let name = format!("{amplitude:.1} V");
-            gains = gains
-                .with(
-                    format!("{name}, recorded"),
-                    Kind::Points,
-                    of.iter().map(|one| decibel(&one.0)).collect(),
-                )
-                .with(
-                    format!("{name}, law"),
-                    Kind::Law,
-                    of.iter().map(|one| decibel(&one.1)).collect(),
-                );
-            phases = phases
-                .with(
-                    format!("{name}, recorded"),
-                    Kind::Points,
-                    of.iter().map(|one| degrees(&one.0)).collect(),
-                )
-                .with(
-                    format!("{name}, law"),
-                    Kind::Law,
-                    of.iter().map(|one| degrees(&one.1)).collect(),
-                );
-        }
+        let gains = over_frequency(
+            &responses,
+            ("Gain over the frequency", "gain", "dB"),
+            &|one| 20.0 * (one.gain / still).log10(),
+        );
+        let phases = over_frequency(
+            &responses,
+            ("Phase over the frequency", "phase", "°"),
+            &|one| one.phase_rad.to_degrees(),
+        );
         let all = [quasi_static, gains, phases];
         all.into_iter()
             .filter(|one| !one.curves.is_empty())
             .collect()
     }
+}
+
+/// Some of the rows: the command in volts, the spool in mm.
+fn shown(command: &[f64], spool: &[f64]) -> Vec<(f64, f64)> {
+    let every = command.len().div_ceil(SHOWN).max(1);
+    let rows = command.iter().zip(spool).step_by(every);
+    rows.map(|(command, spool)| (*command, 1e3 * spool))
+        .collect()
+}
+
+/// Recorded responses and those of the law, a curve for each amplitude.
+fn over_frequency(
+    responses: &[(Response, Response)],
+    (title, name, unit): (&str, &str, &str),
+    of: &dyn Fn(&Response) -> f64,
+) -> Picture {
+    let mut picture = Picture::new(title, ("frequency", "Hz"), (name, unit));
+    let mut amplitudes: Vec<f64> = responses.iter().map(|one| one.0.amplitude).collect();
+    amplitudes.sort_by(f64::total_cmp);
+    amplitudes.dedup_by(|next, before| *next < 1.1 * *before);
+    for amplitude in amplitudes {
+        let near = |one: &&(Response, Response)| (one.0.amplitude / amplitude - 1.0).abs() < 0.1;
+        let point = |one: &Response| (one.frequency_hz, of(one));
+        let these: Vec<&(Response, Response)> = responses.iter().filter(near).collect();
+        let recorded = these.iter().map(|one| point(&one.0)).collect();
+        let law = these.iter().map(|one| point(&one.1)).collect();
+        picture = picture
+            .with(
+                format!("{amplitude:.1} V, recorded"),
+                Kind::Points,
+                recorded,
+            )
+            .with(format!("{amplitude:.1} V, law"), Kind::Law, law);
+    }
+    picture
 }
 
 /// The spool by the law at every row, from rest at the first command.

@@ -10,6 +10,7 @@ pub mod fault_campaign;
 pub mod init;
 pub mod motion;
 pub mod output;
+pub mod paper;
 pub mod plant;
 pub mod rehearsal;
 pub mod report;

@@ -10,8 +10,9 @@ use host_sim::cli::{
     compare::CompareArguments, controller::ControllerArguments, convert::ConvertArguments,
     demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments,
     identify::IdentifyArguments, init::InitArguments, inspect::InspectArguments,
-    record::RecordArguments, settings::SettingsArguments, shell_help::CompletionsArguments,
-    shell_help::ManArguments, simulate::SimulateArguments, trial::TrialArguments,
+    paper::PaperArguments, record::RecordArguments, settings::SettingsArguments,
+    shell_help::CompletionsArguments, shell_help::ManArguments, simulate::SimulateArguments,
+    trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -39,6 +40,7 @@ enum Command {
     Inspect(InspectArguments),
     Loop(LoopArguments),
     Man(ManArguments),
+    Paper(PaperArguments),
     /// Reads a file of another program for a process that holds no memory in danger.
     #[command(name = READER, hide = true)]
     ReadDataFile,
@@ -74,6 +76,7 @@ fn main() -> ExitCode {
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),
         Command::Loop(arguments) => cli::closed_loop::run(arguments, &mut out),
         Command::Man(arguments) => cli::shell_help::man(arguments, Cli::command(), &mut out),
+        Command::Paper(arguments) => cli::paper::run(arguments, &mut out),
         Command::ReadDataFile => Ok(data_files::serve(io::stdin().lock(), &mut out)?),
         Command::Record(arguments) => cli::record::run(arguments, &mut out),
         Command::Settings(arguments) => cli::settings::run(arguments, &mut out),

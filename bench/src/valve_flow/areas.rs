@@ -4,7 +4,8 @@ use grey_box::fit::Parameter;
 use grey_box::rig::{FeedsAWhen, Valve};
 use model_core::valve::{AreaTable, FlowLaw};
 
-use super::{Point, number, shape};
+use super::number;
+use crate::flow_point::{FlowPoint, by_command};
 use crate::least_squares::{Solved, fitted, linear};
 use crate::outcome::{AreaPoint, Number};
 use nalgebra::{DMatrix, DVector};
@@ -46,7 +47,7 @@ pub(super) struct Areas {
 }
 
 pub(super) fn measure(
-    points: &[Point],
+    points: &[FlowPoint],
     law: &FlowLaw<f64>,
     valve: &Valve,
 ) -> Result<Areas, String> {
@@ -84,12 +85,12 @@ pub(super) fn measure(
 }
 
 impl Areas {
-    fn opening_v(&self, point: &Point) -> f64 {
+    fn opening_v(&self, point: &FlowPoint) -> f64 {
         self.sign * (point.command_v - self.null_v)
     }
 
     /// A valve whose other side feeds port A would give areas below nought.
-    fn check_direction(&self, points: &[Point]) -> Result<(), String> {
+    fn check_direction(&self, points: &[FlowPoint]) -> Result<(), String> {
         let work: f64 = points
             .iter()
             .map(|one| self.opening_v(one) * one.flow_kg_per_s)
@@ -104,7 +105,7 @@ impl Areas {
 
     /// What passes while all paths are closed. A meter at the port sees what leaks in less what
     /// leaks out; both leakages are taken to be in the ratio of the open areas.
-    fn find_leakage(&mut self, points: &[Point], law: &FlowLaw<f64>) {
+    fn find_leakage(&mut self, points: &[FlowPoint], law: &FlowLaw<f64>) {
         let factor = self.alike.as_ref().map_or(1.0, |alike| alike.values[1]);
         let rows: Vec<(f64, f64)> = points
             .iter()
@@ -140,17 +141,21 @@ impl Areas {
     }
 
     /// The points with what passes the closed path added to what was measured.
-    pub(super) fn without_leakage(&self, points: &[Point], law: &FlowLaw<f64>) -> Vec<Point> {
+    pub(super) fn without_leakage(
+        &self,
+        points: &[FlowPoint],
+        law: &FlowLaw<f64>,
+    ) -> Vec<FlowPoint> {
         let factor = self.alike.as_ref().map_or(1.0, |alike| alike.values[1]);
         let leakage_m2 = self.leakage_m2.unwrap_or(0.0);
-        let of = |point: &Point| {
+        let of = |point: &FlowPoint| {
             let [fed, vented] = point.per_area(law);
             let leaks = if point.is_fed() {
                 factor * vented
             } else {
                 -fed
             };
-            Point {
+            FlowPoint {
                 flow_kg_per_s: point.flow_kg_per_s + leakage_m2 * leaks,
                 ..*point
             }
@@ -158,11 +163,11 @@ impl Areas {
         points.iter().map(of).collect()
     }
 
-    fn find_paths(&mut self, points: &[Point], law: &FlowLaw<f64>) {
+    fn find_paths(&mut self, points: &[FlowPoint], law: &FlowLaw<f64>) {
         let factor = self.alike.as_ref().map_or(1.0, |alike| alike.values[1]);
         let leakage_m2 = self.leakage_m2.unwrap_or(0.0);
         let mut paths = [Vec::new(), Vec::new()];
-        for group in shape::groups(points) {
+        for group in by_command(points) {
             let opening_v = self.opening_v(&group[0]);
             let path = usize::from(opening_v < 0.0);
             if opening_v.abs() < CLOSED_UP_TO_V {
@@ -294,7 +299,7 @@ impl Areas {
     }
 
     /// The area that was found for a point's command.
-    pub(super) fn area_at(&self, point: &Point) -> Option<f64> {
+    pub(super) fn area_at(&self, point: &FlowPoint) -> Option<f64> {
         let opening_v = self.opening_v(point);
         let path = &self.paths[usize::from(opening_v < 0.0)];
         let near = |one: &&OpenPoint| (one.0 - opening_v.abs()).abs() < 0.01;
@@ -302,12 +307,13 @@ impl Areas {
     }
 
     /// Flows of the widest command, those into the port where there are any.
-    pub(super) fn largest_path(&self, points: &[Point]) -> Vec<(Point, f64)> {
-        let groups = shape::groups(points).into_iter();
+    pub(super) fn largest_path(&self, points: &[FlowPoint]) -> Vec<(FlowPoint, f64)> {
+        let groups = by_command(points).into_iter();
         let widest = groups
             .filter(|group| group.len() > 1 || points.len() < 2 * MOST_POINTS)
             .max_by(|a, b| {
-                let key = |group: &[Point]| (group[0].is_fed(), self.opening_v(&group[0]).abs());
+                let key =
+                    |group: &[FlowPoint]| (group[0].is_fed(), self.opening_v(&group[0]).abs());
                 let (a, b) = (key(a), key(b));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             });

@@ -19,8 +19,9 @@ use grey_box::laws::Track;
 use grey_box::model::Values;
 use grey_box::rig::{Rig, Valve};
 use grey_box::text::rounded;
-use model_core::valve::{FlowLaw, GasState};
+use model_core::valve::FlowLaw;
 
+use crate::flow_point::FlowPoint;
 use crate::iso6358;
 use crate::outcome::{AreaPoint, Kind, Number, Outcome, Picture};
 
@@ -32,48 +33,6 @@ pub const DEPENDS_ON: &[&str] = &[
     "supply.",
     "chambers.heat_transfer",
 ];
-
-/// A steady flow through the path that a command opens.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Point {
-    pub(crate) command_v: f64,
-    /// Into port A is positive, kg/s.
-    pub(crate) flow_kg_per_s: f64,
-    pub(crate) deviation_kg_per_s: f64,
-    pub(crate) supply_pa: f64,
-    pub(crate) port_pa: f64,
-    pub(crate) exhaust_pa: f64,
-    pub(crate) supply_k: f64,
-    pub(crate) port_k: f64,
-}
-
-impl Point {
-    pub(crate) fn is_fed(&self) -> bool {
-        self.flow_kg_per_s > 0.0
-    }
-
-    /// Flows per area from the supply into the port and from the port to the exhaust, kg/(s m2).
-    fn per_area(&self, law: &FlowLaw<f64>) -> [f64; 2] {
-        let state = |pressure_pa, temperature_k| GasState {
-            pressure_pa,
-            temperature_k,
-        };
-        let supply = state(self.supply_pa, self.supply_k);
-        let port = state(self.port_pa, self.port_k);
-        let exhaust = state(self.exhaust_pa, self.port_k);
-        [law.flow(1.0, supply, port), law.flow(1.0, port, exhaust)]
-            .map(|one| one.mass_flow_kg_per_s)
-    }
-
-    /// Pressure behind the open path over that before it.
-    pub(crate) fn ratio(&self) -> f64 {
-        if self.is_fed() {
-            self.port_pa / self.supply_pa
-        } else {
-            self.exhaust_pa / self.port_pa
-        }
-    }
-}
 
 /// Evaluates flow tests.
 ///
@@ -161,7 +120,12 @@ pub(crate) fn put_areas(valve: &mut Valve, areas: &[AreaPoint]) {
     (valve.edge_v, valve.exhaust_shift_v) = (None, None);
 }
 
-fn pictures(rig: &Rig, points: &[Point], areas: &areas::Areas, law: &FlowLaw<f64>) -> Vec<Picture> {
+fn pictures(
+    rig: &Rig,
+    points: &[FlowPoint],
+    areas: &areas::Areas,
+    law: &FlowLaw<f64>,
+) -> Vec<Picture> {
     const MM2: f64 = 1e6;
     let mut curve = Picture::new(
         "Area of the paths over the opening",
@@ -190,7 +154,7 @@ fn pictures(rig: &Rig, points: &[Point], areas: &areas::Areas, law: &FlowLaw<f64
             .map(|(opening, area)| (*opening, MM2 * area));
         curve = curve.with("supply, rig file", Kind::Given, line.collect());
     }
-    let over_command = |one: &Point| (one.command_v, iso6358::flow_l_min(one.flow_kg_per_s));
+    let over_command = |one: &FlowPoint| (one.command_v, iso6358::flow_l_min(one.flow_kg_per_s));
     let mut flow = Picture::new(
         "Flow over the command",
         ("command", "V"),
@@ -202,7 +166,7 @@ fn pictures(rig: &Rig, points: &[Point], areas: &areas::Areas, law: &FlowLaw<f64
         points.iter().map(over_command).collect(),
     );
     let mut pictures = vec![curve, flow];
-    pictures.extend(shape::picture(points, areas, law));
+    pictures.extend(shape::picture(points, &|one| areas.area_at(one), law));
     pictures
 }
 

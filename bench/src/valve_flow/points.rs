@@ -7,8 +7,8 @@ use grey_box::model::{Side, Values};
 use grey_box::rig::Rig;
 use model_core::valve::FlowLaw;
 
-use super::Point;
 use crate::fixed_volume::{Content, Vessel};
+use crate::flow_point::FlowPoint;
 use crate::outcome::Stretch;
 use crate::steady;
 
@@ -39,7 +39,7 @@ pub(super) fn of(
     rig: &Rig,
     tracks: &[Track<'_>],
     leakage_m2: [f64; 2],
-) -> Result<(Vec<Point>, Vec<Stretch>), String> {
+) -> Result<(Vec<FlowPoint>, Vec<Stretch>), String> {
     let mut points = Vec::new();
     let mut stretches = Vec::new();
     for track in tracks {
@@ -68,7 +68,7 @@ pub(super) fn of(
     Ok((points, stretches))
 }
 
-fn stretch(track: &Track<'_>, rows: &Range<usize>, point: &Point) -> Stretch {
+fn stretch(track: &Track<'_>, rows: &Range<usize>, point: &FlowPoint) -> Stretch {
     let time_s = &track.recording.time_s;
     Stretch {
         recording: track.recording.name.clone(),
@@ -148,20 +148,24 @@ impl<'a> Surroundings<'a> {
 
     /// What an error of the port's gauge does to the flow by the law, as a part of it: near equal
     /// pressures much.
-    fn by_gauge(&self, point: &Point, law: &FlowLaw<f64>) -> f64 {
+    fn by_gauge(&self, point: &FlowPoint, law: &FlowLaw<f64>) -> f64 {
         let path = usize::from(!point.is_fed());
-        let moved = Point {
+        let moved = FlowPoint {
             port_pa: point.port_pa + steady::GAUGE_LINEARITY * point.port_pa,
             ..*point
         };
         moved.per_area(law)[path] / point.per_area(law)[path] - 1.0
     }
 
-    fn point(&self, rows: &Range<usize>, (flow_kg_per_s, deviation_kg_per_s): (f64, f64)) -> Point {
+    fn point(
+        &self,
+        rows: &Range<usize>,
+        (flow_kg_per_s, deviation_kg_per_s): (f64, f64),
+    ) -> FlowPoint {
         let over = |signal: Option<&[f64]>, otherwise: f64| {
             signal.map_or(otherwise, |all| steady::mean(&all[rows.clone()]))
         };
-        Point {
+        FlowPoint {
             command_v: over(Some(self.command_v), 0.0),
             flow_kg_per_s,
             deviation_kg_per_s,
@@ -175,7 +179,7 @@ impl<'a> Surroundings<'a> {
 }
 
 /// Commands and pressures that were held, the flow settled.
-fn from_meter(rig: &Rig, track: &Track<'_>) -> Result<Vec<(Point, Range<usize>)>, String> {
+fn from_meter(rig: &Rig, track: &Track<'_>) -> Result<Vec<(FlowPoint, Range<usize>)>, String> {
     let around = Surroundings::of(rig, track)?;
     let flow = track.recording.signal("flow_a").unwrap_or(&[]);
     let zero = METER_ZERO * flow.iter().map(|one| one.abs()).fold(0.0, f64::max);
@@ -248,32 +252,6 @@ fn levels(pressure_pa: &[f64], rows: &Range<usize>, noise_pa: f64) -> Vec<Range<
         .collect()
 }
 
-/// Before the first opening the gas has the wall's temperature: what flows is leakage. What it then
-/// holds, and the flow.
-fn at_rest(
-    vessel: &Vessel,
-    around: &Surroundings<'_>,
-    (time_s, start): (&[f64], Content),
-    (noise_kg, heat_transfer): (f64, f64),
-) -> (Content, Option<Point>) {
-    let rows = 0..time_s.len();
-    let resting = vessel.contents(
-        time_s,
-        &around.port_pa[rows.clone()],
-        start,
-        (heat_transfer, true),
-    );
-    let masses: Vec<f64> = resting.iter().map(|one| one.mass_kg).collect();
-    let flow = steady::slope(time_s, &masses);
-    let span_s = time_s[time_s.len() - 1] - time_s[0];
-    let deviation = noise_kg * (12.0 / masses.len() as f64).sqrt() / span_s;
-    let point = around.point(&rows, (flow, deviation.hypot(BALANCE_ERROR * flow)));
-    (
-        *resting.last().unwrap_or(&start),
-        (span_s > 0.0).then_some(point),
-    )
-}
-
 /// Coefficients of charging and discharging.
 fn heat_transfer(rig: &Rig) -> Result<[f64; 2], String> {
     let [charging, discharging] = ["charging", "discharging"].map(|way| {
@@ -285,84 +263,139 @@ fn heat_transfer(rig: &Rig) -> Result<[f64; 2], String> {
     Ok([charging?, discharging?])
 }
 
+/// A vessel at port A as a flow meter.
+struct Metered<'a> {
+    around: Surroundings<'a>,
+    vessel: Vessel,
+    law: FlowLaw<f64>,
+    time_s: &'a [f64],
+    step_s: f64,
+    /// Rows over which the mass is differentiated.
+    window: usize,
+    noise_kg: f64,
+}
+
 /// Rates of the mass in a vessel that fills or empties.
 fn from_vessel(
     rig: &Rig,
     track: &Track<'_>,
     leakage_m2: [f64; 2],
-) -> Result<Vec<(Point, Range<usize>)>, String> {
-    let around = Surroundings::of(rig, track)?;
-    let vessel = Vessel::of(rig, Side::A, 0.0)?;
-    let time_s = &track.recording.time_s;
-    let noise_pa = steady::signal_noise(rig, "p_a", around.port_pa);
-    let step_s = median_step_s(time_s);
-    let window = (WINDOW_S / step_s).round().max(4.0) as usize;
-    let gas_constant = vessel.gas.heat_capacity_ratio * vessel.gas.gas_constant_j_per_kg_k;
-    let noise_kg = noise_pa * vessel.volume_m3 / (gas_constant * vessel.wall_k);
+) -> Result<Vec<(FlowPoint, Range<usize>)>, String> {
     let heat_transfer = heat_transfer(rig)?;
-    let law = super::stated_law(rig);
+    let metered = Metered::of(rig, track)?;
+    let (around, vessel, window) = (&metered.around, &metered.vessel, metered.window);
     let mut found = Vec::new();
-    let cycles = crate::heat_transfer::cycles(around.command_v);
     let begin_pa = steady::mean(&around.port_pa[..window.min(around.port_pa.len())]);
     let mut content = vessel.settled(begin_pa);
     let mut shut_in_kg = None;
-    for (open, shut) in cycles {
-        let opening_pa = steady::mean(&around.port_pa[open.saturating_sub(window)..open]);
+    for (open, shut) in crate::heat_transfer::cycles(around.command_v) {
         if let Some((mass_kg, from)) = shut_in_kg {
             // Whether the gas has settled or not: shut in, it keeps its mass but for what leaks, and
             // its pressure says its temperature.
-            let leaked_kg = around.leaked_kg(&law, time_s, from..open, leakage_m2);
+            let opening_pa = steady::mean(&around.port_pa[open.saturating_sub(window)..open]);
+            let leaked_kg = around.leaked_kg(&metered.law, metered.time_s, from..open, leakage_m2);
             content = vessel.holding(mass_kg + leaked_kg, opening_pa);
         } else {
-            let (rest, leak) = at_rest(
-                &vessel,
-                &around,
-                (&time_s[..=open], content),
-                (noise_kg, heat_transfer[0]),
-            );
+            let (rest, leak) = metered.at_rest(open, content, heat_transfer[0]);
             content = rest;
-            found.extend(
-                leak.filter(|_| open > LEAKING_WINDOWS * window)
-                    .map(|point| (point, 0..open)),
-            );
+            let leak = leak.filter(|_| open > LEAKING_WINDOWS * window);
+            found.extend(leak.map(|point| (point, 0..open)));
         }
         let fills = around.port_pa[shut - 1] > around.port_pa[open];
         let flowing = heat_transfer[usize::from(!fills)];
-        let rows_open = open..shut + 1;
-        let contents = vessel.contents(
-            &time_s[rows_open.clone()],
-            &around.port_pa[rows_open],
-            content,
-            (flowing, fills),
-        );
+        let rows = open..shut + 1;
+        let (time_s, port_pa) = (&metered.time_s[rows.clone()], &around.port_pa[rows]);
+        let contents = vessel.contents(time_s, port_pa, content, (flowing, fills));
         shut_in_kg = contents.last().map(|end| (end.mass_kg, shut));
-        let from = (OPENING_S / step_s) as usize;
-        for first in (from..contents.len().saturating_sub(window)).step_by(window) {
-            let rows = first..first + window;
-            let masses: Vec<f64> = contents[rows.clone()]
-                .iter()
-                .map(|one| one.mass_kg)
-                .collect();
-            let flow = steady::slope(&time_s[open..][rows.clone()], &masses);
-            let span_s = window as f64 * step_s;
-            let deviation = noise_kg * (12.0 / window as f64).sqrt() / span_s;
-            let temperature_k = steady::mean(
-                &contents[rows.clone()]
-                    .iter()
-                    .map(|one| one.temperature_k)
-                    .collect::<Vec<f64>>(),
-            );
-            let absolute = open + rows.start..open + rows.end;
-            let mut point = Point {
-                port_k: temperature_k,
-                ..around.point(&absolute, (flow, deviation))
-            };
-            let share = BALANCE_ERROR.hypot(around.by_gauge(&point, &law));
-            point.deviation_kg_per_s = deviation.hypot(share * flow);
-            if point.ratio() < HIGHEST_RATIO && flow.abs() > 3.0 * deviation {
-                found.push((point, absolute));
-            }
-        }
+        found.extend(metered.flows(open, &contents));
     }
     Ok(found)
+}
+
+impl<'a> Metered<'a> {
+    fn of(rig: &Rig, track: &'a Track<'_>) -> Result<Self, String> {
+        let around = Surroundings::of(rig, track)?;
+        let vessel = Vessel::of(rig, Side::A, 0.0)?;
+        let time_s = &track.recording.time_s;
+        let step_s = median_step_s(time_s);
+        let noise_pa = steady::signal_noise(rig, "p_a", around.port_pa);
+        let gas_constant = vessel.gas.heat_capacity_ratio * vessel.gas.gas_constant_j_per_kg_k;
+        Ok(Self {
+            law: super::stated_law(rig),
+            window: (WINDOW_S / step_s).round().max(4.0) as usize,
+            noise_kg: noise_pa * vessel.volume_m3 / (gas_constant * vessel.wall_k),
+            around,
+            vessel,
+            time_s,
+            step_s,
+        })
+    }
+
+    /// Deviation of a rate over so many rows: of the slope of evenly sampled white noise, kg/s.
+    fn rate_deviation(&self, rows: usize) -> f64 {
+        let span_s = rows as f64 * self.step_s;
+        self.noise_kg * (12.0 / rows as f64).sqrt() / span_s
+    }
+
+    /// Before the first opening the gas has the wall's temperature: what flows is leakage. What the
+    /// vessel then holds, and the flow.
+    fn at_rest(
+        &self,
+        open: usize,
+        start: Content,
+        heat_transfer: f64,
+    ) -> (Content, Option<FlowPoint>) {
+        let rows = 0..open + 1;
+        let (time_s, port_pa) = (
+            &self.time_s[rows.clone()],
+            &self.around.port_pa[rows.clone()],
+        );
+        let resting = self
+            .vessel
+            .contents(time_s, port_pa, start, (heat_transfer, true));
+        let masses: Vec<f64> = resting.iter().map(|one| one.mass_kg).collect();
+        let flow = steady::slope(time_s, &masses);
+        let deviation = self
+            .rate_deviation(masses.len())
+            .hypot(BALANCE_ERROR * flow);
+        let point = self.around.point(&rows, (flow, deviation));
+        (
+            *resting.last().unwrap_or(&start),
+            (open > 0).then_some(point),
+        )
+    }
+
+    /// The flows of one opening.
+    fn flows(&self, open: usize, contents: &[Content]) -> Vec<(FlowPoint, Range<usize>)> {
+        let from = (OPENING_S / self.step_s) as usize;
+        let last = contents.len().saturating_sub(self.window);
+        let windows = (from..last)
+            .step_by(self.window)
+            .map(|first| first..first + self.window);
+        windows
+            .filter_map(|rows| self.flow(open, contents, rows))
+            .collect()
+    }
+
+    fn flow(
+        &self,
+        open: usize,
+        contents: &[Content],
+        rows: Range<usize>,
+    ) -> Option<(FlowPoint, Range<usize>)> {
+        let of = |part: fn(&Content) -> f64| -> Vec<f64> {
+            contents[rows.clone()].iter().map(part).collect()
+        };
+        let absolute = open + rows.start..open + rows.end;
+        let flow = steady::slope(&self.time_s[absolute.clone()], &of(|one| one.mass_kg));
+        let deviation = self.rate_deviation(self.window);
+        let mut point = FlowPoint {
+            port_k: steady::mean(&of(|one| one.temperature_k)),
+            ..self.around.point(&absolute, (flow, deviation))
+        };
+        let share = BALANCE_ERROR.hypot(self.around.by_gauge(&point, &self.law));
+        point.deviation_kg_per_s = deviation.hypot(share * flow);
+        let is_read = point.ratio() < HIGHEST_RATIO && flow.abs() > 3.0 * deviation;
+        is_read.then_some((point, absolute))
+    }
 }

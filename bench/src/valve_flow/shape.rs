@@ -7,7 +7,8 @@
 use grey_box::fit::Parameter;
 use model_core::valve::FlowLaw;
 
-use super::{Point, areas::Areas, number};
+use super::number;
+use crate::flow_point::{FlowPoint, by_command};
 use crate::least_squares::{Solved, fitted};
 use crate::outcome::{Kind, Number, Picture};
 
@@ -15,8 +16,6 @@ use crate::outcome::{Kind, Number, Picture};
 const LEAST_POINTS: usize = 5;
 /// ... and the ratios that they must span.
 const LEAST_SPAN: f64 = 0.25;
-/// Commands that are one, V.
-const ONE_COMMAND_V: f64 = 0.01;
 /// Critical pressure ratios that are sought, and slopes of Cd: those of the rig file.
 const RATIOS: (f64, f64) = (0.05, 0.8);
 const SLOPES: (f64, f64) = (-0.1, 0.25);
@@ -32,7 +31,7 @@ pub(super) struct Shape {
 
 impl Shape {
     /// What the deviations of both numbers do to an area, as a part of it: in the mean of the points.
-    pub(super) fn area_share(&self, points: &[Point]) -> f64 {
+    pub(super) fn area_share(&self, points: &[FlowPoint]) -> f64 {
         let with = |place: usize| {
             let mut numbers = self.solved.values.clone();
             numbers[place] += self.solved.deviations[place];
@@ -43,7 +42,7 @@ impl Shape {
             }
         };
         let share = |law: &FlowLaw<f64>| {
-            let of = |one: &Point| {
+            let of = |one: &FlowPoint| {
                 let path = usize::from(!one.is_fed());
                 one.per_area(law)[path] / one.per_area(&self.law)[path] - 1.0
             };
@@ -60,32 +59,16 @@ impl Shape {
     }
 }
 
-/// Flows of one command in one direction.
-pub(super) fn groups(points: &[Point]) -> Vec<Vec<Point>> {
-    let mut groups: Vec<Vec<Point>> = Vec::new();
-    for point in points {
-        let same = |group: &&mut Vec<Point>| {
-            (group[0].command_v - point.command_v).abs() < ONE_COMMAND_V
-                && group[0].is_fed() == point.is_fed()
-        };
-        match groups.iter_mut().find(same) {
-            Some(group) => group.push(*point),
-            None => groups.push(vec![*point]),
-        }
-    }
-    groups
-}
-
-fn spans_ratios(group: &[Point]) -> bool {
-    let ratios = group.iter().map(Point::ratio);
+fn spans_ratios(group: &[FlowPoint]) -> bool {
+    let ratios = group.iter().map(FlowPoint::ratio);
     let highest = ratios.clone().fold(0.0, f64::max);
     let lowest = ratios.fold(1.0, f64::min);
     group.len() >= LEAST_POINTS && highest - lowest > LEAST_SPAN
 }
 
 /// The shape, where a command was held over several ratios.
-pub(super) fn measure(points: &[Point], stated: &FlowLaw<f64>) -> Option<Shape> {
-    let groups: Vec<Vec<Point>> = groups(points)
+pub(super) fn measure(points: &[FlowPoint], stated: &FlowLaw<f64>) -> Option<Shape> {
+    let groups: Vec<Vec<FlowPoint>> = by_command(points)
         .into_iter()
         .filter(|one| spans_ratios(one))
         .collect();
@@ -119,7 +102,7 @@ pub(super) fn measure(points: &[Point], stated: &FlowLaw<f64>) -> Option<Shape> 
 }
 
 /// What the best area of a group leaves, in deviations.
-fn off_law(group: &[Point], law: &FlowLaw<f64>) -> Vec<f64> {
+fn off_law(group: &[FlowPoint], law: &FlowLaw<f64>) -> Vec<f64> {
     let rows: Vec<(f64, f64)> = group
         .iter()
         .map(|one| {
@@ -139,8 +122,12 @@ fn off_law(group: &[Point], law: &FlowLaw<f64>) -> Vec<f64> {
 }
 
 /// Flow over the pressure ratio, relative to what the area passes choked: the paper's figure 7.
-pub(super) fn picture(points: &[Point], areas: &Areas, law: &FlowLaw<f64>) -> Option<Picture> {
-    let all: Vec<Vec<Point>> = groups(points)
+pub(super) fn picture(
+    points: &[FlowPoint],
+    area_at_m2: &dyn Fn(&FlowPoint) -> Option<f64>,
+    law: &FlowLaw<f64>,
+) -> Option<Picture> {
+    let all: Vec<Vec<FlowPoint>> = by_command(points)
         .into_iter()
         .filter(|one| spans_ratios(one))
         .collect();
@@ -151,8 +138,8 @@ pub(super) fn picture(points: &[Point], areas: &Areas, law: &FlowLaw<f64>) -> Op
     );
     for group in &all {
         let first = group[0];
-        let area_m2 = areas.area_at(&first)?;
-        let relative = |one: &Point, flow: f64| {
+        let area_m2 = area_at_m2(&first)?;
+        let relative = |one: &FlowPoint, flow: f64| {
             let upstream = if one.is_fed() {
                 (one.supply_pa, one.supply_k)
             } else {
@@ -174,7 +161,7 @@ pub(super) fn picture(points: &[Point], areas: &Areas, law: &FlowLaw<f64>) -> Op
     }
     let curve = (1..=100).map(|place| {
         let ratio = f64::from(place) / 100.0;
-        let one = Point {
+        let one = FlowPoint {
             command_v: 0.0,
             flow_kg_per_s: 1.0,
             deviation_kg_per_s: 1.0,

@@ -5,24 +5,30 @@ use ::bench::{Curve, Kind, Outcome, Picture};
 use crate::report::{Cell, Chart, Page, Role, Section, Series, Table, number};
 use crate::rig::Rig;
 
+/// The colours of a family of curves, in turn, and those of a family of points.
+const FAMILY: [Role; 4] = [Role::Improved, Role::Refitted, Role::Mark, Role::Noise];
+const OF_POINTS: [Role; 4] = [Role::Recorded, Role::Mark, Role::Refitted, Role::Noise];
+/// Numbers that the first sentence has.
+const SAID: usize = 2;
 /// Numbers that are shown large.
 const TILES: usize = 4;
 
 /// The page of an outcome.
 pub fn bench_page(rig: &Rig, outcome: &Outcome) -> Page {
     let mut page = Page::new(outcome.title);
-    page.lead(outcome.method);
+    page.lead(found(outcome));
     for one in outcome.numbers.iter().take(TILES) {
         let (value, deviation) = one.shown();
         let unit = one.shown_in.0.replace('1', "");
         page.tile(&one.what, value, unit, format!("± {deviation}"));
     }
-    let mut pictures = outcome.pictures.iter();
-    if let Some(first) = pictures.next() {
+    if let Some((first, others)) = outcome.pictures.split_first() {
         page.opening(|section| section.chart(chart(first)));
-    }
-    for picture in pictures {
-        page.section(&picture.title, |section| section.chart(chart(picture)));
+        page.section("Further pictures", |section| {
+            others
+                .iter()
+                .for_each(|picture| section.chart(chart(picture)));
+        });
     }
     page.section("Numbers", |section| {
         section.table(numbers(rig, outcome));
@@ -31,10 +37,25 @@ pub fn bench_page(rig: &Rig, outcome: &Outcome) -> Page {
             section.list(&outcome.notes);
         }
     });
+    page.folded_section("How it was measured", |section| {
+        section.text(outcome.method)
+    });
     page.folded_section("What was used of the recordings", |section| {
         used(section, outcome)
     });
     page
+}
+
+/// The first numbers in a sentence.
+fn found(outcome: &Outcome) -> String {
+    let said = outcome.numbers.iter().take(SAID).map(|one| {
+        let (value, deviation) = one.shown();
+        let unit = one.shown_in.0.replace('1', "");
+        format!("{}: {value} ± {deviation} {unit}", one.what)
+            .trim_end()
+            .to_owned()
+    });
+    said.collect::<Vec<String>>().join("; ") + "."
 }
 
 /// One picture of an experiment.
@@ -45,19 +66,26 @@ pub fn chart(picture: &Picture) -> Chart {
     if picture.x.unit == "Hz" {
         chart = chart.logarithmic_x();
     }
+    let mut laws = FAMILY.iter().cycle();
+    let mut points = OF_POINTS.iter().cycle();
     for curve in &picture.curves {
-        chart = chart.series(series(curve));
+        let role = match curve.kind {
+            Kind::Law => laws.next(),
+            Kind::Points => points.next(),
+            _ => None,
+        };
+        chart = chart.series(series(curve, role.copied()));
     }
     chart
 }
 
-fn series(curve: &Curve) -> Series {
+fn series(curve: &Curve, role: Option<Role>) -> Series {
     let points = curve.points.iter().copied();
     match curve.kind {
-        Kind::Points => Series::new(&curve.name, Role::Recorded, points).dots(),
+        Kind::Points => Series::new(&curve.name, role.unwrap_or(Role::Recorded), points).dots(),
         Kind::OtherPoints => Series::new(&curve.name, Role::Mark, points).dots(),
         Kind::Recorded => Series::new(&curve.name, Role::Recorded, points),
-        Kind::Law => Series::new(&curve.name, Role::Improved, points),
+        Kind::Law => Series::new(&curve.name, role.unwrap_or(Role::Improved), points),
         Kind::Given => Series::new(&curve.name, Role::Given, points).dashed(),
     }
 }

@@ -15,6 +15,7 @@ pub mod init;
 mod inputs;
 pub mod inspect;
 mod outputs;
+pub mod paper;
 pub mod record;
 pub mod settings;
 pub mod shell_help;

@@ -10,6 +10,7 @@ mod dead_volume;
 mod friction;
 mod heat_transfer;
 mod machine;
+mod motion;
 mod presliding;
 mod recording;
 mod rig;
@@ -23,6 +24,7 @@ use core::str::FromStr;
 use std::collections::BTreeMap;
 
 use axis::Axis;
+pub use motion::{AMBIENT_PA, axis_in_motion};
 use recording::Noises;
 
 use crate::random::{Purpose, Random};
