@@ -1,6 +1,7 @@
-//! How far estimates lie from the truth of drawn benches, in stated deviations.
+//! How far estimates lie from the truth of drawn benches, in stated deviations: the table of
+//! `docs/identify.md`.
 //!
-//! `cargo run --release -p bench --example coverage -- 1 21 [experiment]`: seeds 1 to 20.
+//! `cargo run --release -p bench --example coverage -- 301 321 [experiment]`: seeds 301 to 320.
 
 use std::collections::BTreeMap;
 
@@ -28,24 +29,21 @@ fn main() {
                 all.entry(key).or_default().push(errors);
             }
         }
-        println!("{drawn}");
         for (key, errors) in all {
-            report(&key, &errors);
+            report(drawn, &key, &errors);
         }
     }
 }
 
-fn report(key: &str, errors: &[(f64, f64)]) {
+fn report(drawn: Drawn, key: &str, errors: &[(f64, f64)]) {
     let within = errors.iter().filter(|one| one.0.abs() <= 2.0).count();
     let rms = |of: fn(&(f64, f64)) -> f64| {
         (errors.iter().map(|one| of(one).powi(2)).sum::<f64>() / errors.len() as f64).sqrt()
     };
-    let worst: Vec<String> = errors.iter().map(|one| format!("{:.1}", one.0)).collect();
     println!(
-        "  {key:62} {within:2} of {:2} within two, rms {:6.2}, error {:6.2} %  [{}]",
+        "| {drawn} | `{key}` | {within} of {} | {:.2} | {:.2} % |",
         errors.len(),
         rms(|one| one.0),
-        100.0 * rms(|one| one.1),
-        worst.join(" ")
+        100.0 * rms(|one| one.1)
     );
 }

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! C, b and m of a path are fitted to its flows at one opening where these span the ratios;
-//! without such flows C follows from the area, and b and m are not known.
+//! without such flows C follows from the area by the b of the law, and b and m are not known.
 
 use grey_box::fit::Parameter;
 use grey_box::units::ANR_DENSITY_KG_M3;
@@ -93,7 +93,10 @@ pub(crate) fn numbers(path: &[(FlowPoint, f64)], law: &FlowLaw<f64>) -> Vec<Numb
                 .iter()
                 .map(|row| row.4 / row.3)
                 .fold(f64::INFINITY, f64::min);
-            vec![c_number((from_area, from_area * share))]
+            let of_stated = format!("{conductance}, with b = {:.2}", law.critical_pressure_ratio);
+            let value = (from_area, from_area * share);
+            let number = Number::named("iso_C_m3_s_Pa", &of_stated, "m3/(s Pa)", value);
+            vec![number.shown_in("l/(s bar)", 1e8)]
         }
     }
 }
