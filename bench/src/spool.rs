@@ -105,24 +105,19 @@ fn numbers(rig: &Rig, solved: &Solved, correlated: f64, row_s: f64) -> Vec<Numbe
         let (value, deviation) = at(place);
         Number::of_key(key, value, deviation)
     };
-    let unit = if rig
+    let is_length = rig
         .signals
         .get("spool")
-        .is_some_and(|one| one.unit.dimension().si_unit() == "m")
-    {
-        ("m/V", ("mm/V", 1e3))
+        .is_some_and(|one| one.unit.dimension().si_unit() == "m");
+    let gain = if is_length {
+        of_key("valve.spool_gain_m_V", GAIN).shown_in("mm/V", 1e3)
     } else {
-        ("1/V", ("1/V", 1.0))
+        let what = "spool reading per volt of command";
+        Number::named("spool_gain_per_V", what, "1/V", at(GAIN))
     };
-    let gain = Number::named(
-        "spool_gain_per_V",
-        "spool displacement per volt of command",
-        unit.0,
-        at(GAIN),
-    );
     let mut numbers = vec![
         of_key("valve.null_V", NULL),
-        gain.shown_in(unit.1.0, unit.1.1),
+        gain,
         of_key("effects.spool-dynamics.natural_frequency_Hz", FREQUENCY),
         of_key("effects.spool-dynamics.damping_ratio", DAMPING),
     ];

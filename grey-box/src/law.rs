@@ -11,6 +11,10 @@ pub enum Law {
     Carriage,
     /// Stem of a positioner from its command.
     Actuator,
+    /// Flow into the valve's ports from command and pressures.
+    ValveFlow,
+    /// The valve's spool from its command.
+    Spool,
     /// Forces on a free carriage in weak form: what a carriage is searched by.
     Balance,
 }

@@ -31,7 +31,7 @@ fn estimate(outcome: &Outcome, key: &str) -> Option<(f64, f64)> {
         return outcome.area_at(usize::from(path.starts_with("exhaust")), opening);
     }
     let key = if key == "spool_gain_m_V" {
-        "spool_gain_per_V"
+        "valve.spool_gain_m_V"
     } else {
         key
     };

@@ -98,6 +98,15 @@ fn ordinary_bounds(key: &str, mean: f64, standard_deviation: f64) -> (f64, f64) 
     }
 }
 
+/// Effects between the command and the spool.
+const OF_COMMAND: [&str; 4] = [
+    "spool-dynamics",
+    "valve-hysteresis",
+    "valve-delay",
+    "slew-limit",
+];
+const SPOOL_GAIN: &str = "valve.spool_gain_m_V";
+
 fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
     let section = key.split('.').next().unwrap_or("");
     if section == "effects" && !TIMES_OF_SENSORS.contains(&key) {
@@ -107,6 +116,9 @@ fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
             Law::Chambers => !is_of_forces,
             Law::Force | Law::Carriage | Law::Balance => is_of_forces,
             Law::Actuator => true,
+            Law::ValveFlow | Law::Spool => {
+                OF_COMMAND.contains(&key.split('.').nth(1).unwrap_or(""))
+            }
         };
     }
     match law {
@@ -123,6 +135,12 @@ fn acts_on(law: Law, rig: &Rig, key: &str) -> bool {
                 || TIMES_OF_SENSORS.contains(&key)
         }
         Law::Actuator => section == "actuator",
+        Law::ValveFlow => match section {
+            "supply" | "gas" | "environment" => true,
+            "valve" => key != SPOOL_GAIN,
+            _ => GAIN_KEYS.contains(&key),
+        },
+        Law::Spool => matches!(key, "valve.null_V" | SPOOL_GAIN),
     }
 }
 

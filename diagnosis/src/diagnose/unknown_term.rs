@@ -125,7 +125,7 @@ impl Shape {
                 let gauges = Side::BOTH.map(Self::ErrorOfGauge);
                 openings.into_iter().chain(gauges).collect()
             }
-            Law::Carriage | Law::Actuator => Vec::new(),
+            Law::Carriage | Law::Actuator | Law::ValveFlow | Law::Spool => Vec::new(),
         }
     }
 

@@ -71,6 +71,11 @@ impl Scene<'_> {
         self.law == Law::Chambers && self.rig.valve.is_some()
     }
 
+    /// Whether the law is of something that a valve's spool moves, or of the spool.
+    pub fn follows_spool(&self) -> bool {
+        self.is_behind_valve() || matches!(self.law, Law::ValveFlow | Law::Spool)
+    }
+
     /// Whether the law is of a carriage or of a bench with friction.
     pub fn is_of_forces(&self) -> bool {
         matches!(self.law, Law::Force | Law::Carriage | Law::Balance)

@@ -1,14 +1,15 @@
 //! Chambers driven by recorded position, command and supply pressure.
 
+use super::command::spool_positions;
 use super::{InitialState, Output, Sink, Track, View, delayed};
-use crate::effects::flow::{chamber_leakage, supply_droop, valve_hysteresis};
+use crate::effects::flow::{chamber_leakage, supply_droop};
 use crate::effects::sensing::{position_time_skew, pressure_sensor_lag};
 use crate::gauge::Gauge;
 use crate::lag::followed;
 use crate::model::{Side, Values};
 use crate::recording::Recording;
 use crate::rig::Rig;
-use model_core::axis::{CommandState, PneumaticState, Pneumatics, ValveDrive};
+use model_core::axis::{PneumaticState, Pneumatics, ValveDrive};
 use model_core::left_out::{SilencerState, TankState, TubeState};
 use model_core::math::Compensated;
 use model_core::real::Real;
@@ -21,11 +22,6 @@ const LONGEST_VALVE_STEP_S: f64 = 2e-3;
 const LONGEST_CLOSED_STEP_S: f64 = 0.1;
 /// Steps into which one row is divided at the most (over a gap).
 const MOST_SUBSTEPS: f64 = 200.0;
-/// History of the command that is run through before a window, s: longer than
-/// any delay or lag of a valve ...
-const COMMAND_WARM_UP_S: f64 = 0.2;
-/// ... and with a play, which stays until the command has come back across it.
-const PLAY_WARM_UP_S: f64 = 5.0;
 /// How far the gas may be from ambient when a recording begins in mid-motion,
 /// K, one standard deviation: half the excursion of a full-speed stroke.
 const INITIAL_TEMPERATURE_SD_K: f64 = 20.0;
@@ -259,6 +255,12 @@ impl<'a, R: Real> Drive<'a, R> {
         }
     }
 
+    /// The spool's position over each row, after a command that was held before the first.
+    fn spool(&self, values: &Values<'_, R>, rows: &Range<usize>, earlier: R) -> Vec<R> {
+        let command = self.command_v.unwrap_or(&[]);
+        spool_positions(values, (self.time_s, command), rows, earlier)
+    }
+
     fn position(&self, row: usize) -> R {
         match self.position_m {
             Some(position) => delayed(self.time_s, position, row, self.skew_s),
@@ -306,7 +308,7 @@ pub(super) fn predict<R: Real>(
     let lag_s = pressure_sensor_lag::time_constant_s(values);
     let layout = Layout::of(values, &pneumatics, &sides).or_plain(initial);
     let earlier = layout.earlier_command(initial);
-    let spool = valve.map(|valve| (valve, spool_positions(values, &drive, &rows, earlier)));
+    let spool = valve.map(|valve| (valve, drive.spool(values, &rows, earlier)));
     let gauges: Vec<Gauge<R>> = sides.iter().map(|&side| Gauge::of(values, side)).collect();
     let (mut state, mut shown) = layout.start(initial);
     let outputs = sides.len() + usize::from(predicts_supply(values.rig));
@@ -413,42 +415,6 @@ fn advance<R: Real>(
         }
         here = next;
     }
-}
-
-/// The spool's position over each row of the range, after a run through the
-/// command before it; before the first row that is `earlier`.
-fn spool_positions<R: Real>(
-    values: &Values<'_, R>,
-    drive: &Drive<'_, R>,
-    rows: &Range<usize>,
-    earlier: R,
-) -> Vec<R> {
-    let Some(command) = drive.command_v else {
-        return Vec::new();
-    };
-    let step_s = super::motion::median_step_s(drive.time_s);
-    let path = values.command_path(step_s);
-    let has_play = valve_hysteresis::law(values).width > R::ZERO;
-    let warm_up_s = if has_play {
-        PLAY_WARM_UP_S
-    } else {
-        COMMAND_WARM_UP_S
-    };
-    let warm_up = (warm_up_s / step_s).ceil() as usize;
-    let from = rows.start.saturating_sub(warm_up);
-    let before = match from {
-        0 => earlier,
-        _ => R::from_f64(command[from]),
-    };
-    let mut state = CommandState::holding(before);
-    let mut positions = Vec::with_capacity(rows.len());
-    for (row, &command_v) in command.iter().enumerate().take(rows.end).skip(from) {
-        let position = path.step(&mut state, R::from_f64(command_v));
-        if row >= rows.start {
-            positions.push(position);
-        }
-    }
-    positions
 }
 
 /// Where each state stands among those that a recording or window begins with:

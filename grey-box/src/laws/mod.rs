@@ -12,10 +12,13 @@ mod breakaway;
 mod carriage;
 mod carriage_history;
 mod chambers;
+mod command;
 mod force;
 mod motion;
 pub mod needs;
 mod pressure_reading;
+mod spool;
+mod valve_flow;
 
 pub use crate::law::Law;
 use crate::model::Values;
@@ -128,11 +131,15 @@ impl Law {
         let carriage =
             rig.carriage.is_some() && !has("force") && has("x") && has("p_a") && has("p_b");
         let actuator = rig.actuator.is_some() && has("u") && has("x");
+        let valve_flow = rig.valve.is_some() && valve_flow::is_recorded(has);
+        let spool = rig.valve.is_some() && has("u") && has("spool");
         [
             (chambers, Self::Chambers),
             (force, Self::Force),
             (carriage, Self::Carriage),
             (actuator, Self::Actuator),
+            (valve_flow, Self::ValveFlow),
+            (spool, Self::Spool),
         ]
         .into_iter()
         .filter_map(|(usable, law)| usable.then_some(law))
@@ -146,6 +153,8 @@ impl Law {
             Self::Force => "force balance",
             Self::Carriage => "carriage",
             Self::Actuator => "actuator",
+            Self::ValveFlow => "valve flow",
+            Self::Spool => "spool",
             Self::Balance => "forces on the carriage",
         }
     }
@@ -157,6 +166,8 @@ impl Law {
             Self::Force => vec![force::OUTPUT],
             Self::Carriage => vec![carriage::OUTPUT],
             Self::Actuator => vec![actuator::OUTPUT],
+            Self::ValveFlow => valve_flow::outputs(rig),
+            Self::Spool => vec![spool::output(rig)],
             Self::Balance => balance::OUTPUTS.to_vec(),
         }
     }
@@ -171,7 +182,7 @@ impl Law {
     ) -> Vec<InitialState> {
         match self {
             Self::Chambers => chambers::initial_states(rig, recording, row, view),
-            Self::Force | Self::Balance => Vec::new(),
+            Self::Force | Self::Balance | Self::ValveFlow | Self::Spool => Vec::new(),
             Self::Carriage => carriage::initial_states(recording, row, view),
             Self::Actuator => actuator::initial_states(recording, row),
         }
@@ -199,6 +210,8 @@ impl Law {
             Self::Force => force::predict(values, track, rows, sink),
             Self::Carriage => carriage::predict(values, track, rows, initial, sink),
             Self::Actuator => actuator::predict(values, track, rows, initial, sink),
+            Self::ValveFlow => valve_flow::predict(values, track, rows, sink),
+            Self::Spool => spool::predict(values, track, rows, sink),
             Self::Balance => balance::predict(values, track, sink),
         }
     }
@@ -238,7 +251,7 @@ impl Law {
 
     /// Whether a row depends on the rows before it by more than was recorded.
     pub fn has_states(self) -> bool {
-        !matches!(self, Self::Force | Self::Balance)
+        matches!(self, Self::Chambers | Self::Carriage | Self::Actuator)
     }
 
     /// How rows weigh, in order and in all 1, in what is predicted at the middle one of them.

@@ -5,7 +5,7 @@
 //! that has a defensible value without being stated is *assumed*, and is listed
 //! with that value and its source wherever the law's results are shown.
 
-use super::Law;
+use super::{Law, spool};
 use crate::effects;
 use crate::model::{Side, Values};
 use crate::rig::{ChamberModel, Friction, Rig, describe};
@@ -112,6 +112,8 @@ pub fn keys(law: Law, rig: &Rig, has: &dyn Fn(&str) -> bool) -> Vec<&'static str
                 .map(|side| AREAS[side]),
         ),
         Law::Actuator => {}
+        Law::ValveFlow => keys.extend((!has("p_s")).then_some(SUPPLY)),
+        Law::Spool => keys.extend(spool::is_length(rig).then_some(spool::GAIN)),
     }
     keys
 }

@@ -78,6 +78,7 @@ pub const TEMPERATURE: Limits =
 pub const COMMAND: Limits = limits(-1000.0, 1000.0, "volts between -1000 and 1000");
 const DISCHARGE_SLOPE: Limits = limits(-0.1, 0.25, "a number from -0.1 to 0.25");
 const OPENING: Limits = limits(0.0, 1000.0, "volts from 0 to 1000");
+const SPOOL_GAIN: Limits = limits(-0.1, 0.1, "metres per volt from -0.1 to 0.1");
 const SHIFT: Limits = limits(-1.0, 1.0, "volts between -1 and 1");
 const ROUNDNESS: Limits = limits(0.0, 1.0, "a part from 0 (straight lines) to 1 (smooth)");
 const STROKE: Limits = positive(100.0, "metres above 0 and at most 100 (is this mm?)");
@@ -176,6 +177,8 @@ pub(super) static NUMBERS: &[NumberKey] = &[
         facts("V", "-0.03 to 0.03", "by how much later than by the table the exhaust paths open", "measure: the least command that vents a closed port, less the one that fills it; left out: 0")),
     number!("valve.curve_roundness", valve.curve_roundness?, ROUNDNESS,
         facts("1", "1", "shape between the points of the tables: 0 straight lines, 1 a smooth curve", "a real valve is smooth; left out: straight lines")),
+    number!("valve.spool_gain_m_V", valve.spool_gain_m_v?, SPOOL_GAIN,
+        facts("m/V", "4e-4", "displacement of the spool per volt of command, for the signal spool", "measure: `pneuma identify spool`")),
     number!("cylinder.stroke_m", cylinder.stroke_m?, STROKE,
         facts("m", "0.05 to 2", "stroke", "type code")),
     number!("cylinder.bore_m", cylinder.bore_m?, BORE,

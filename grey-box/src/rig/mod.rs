@@ -251,6 +251,8 @@ pub struct Valve {
     pub exhaust_shift_v: Option<f64>,
     /// From chords between the points of the tables, 0, to a smooth curve through them, 1.
     pub curve_roundness: Option<f64>,
+    /// Displacement of the spool per volt of command, m/V.
+    pub spool_gain_m_v: Option<f64>,
     /// Opening `abs(u - null)` of the points of both tables, V, increasing.
     pub opening_v: Vec<f64>,
     /// Orifice area from the supply at those openings, m2.

@@ -212,7 +212,8 @@ pub(super) fn drivers(law: Law) -> &'static [&'static str] {
         Law::Chambers => &["u", "x", "p_s"],
         Law::Carriage | Law::Balance => &["p_a", "p_b"],
         Law::Force => &["x", "p_a", "p_b"],
-        Law::Actuator => &["u"],
+        Law::Actuator | Law::Spool => &["u"],
+        Law::ValveFlow => &["u", "p_s", "p_a", "p_b"],
     }
 }
 

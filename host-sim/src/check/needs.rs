@@ -84,6 +84,22 @@ pub(super) fn laws(rig: &Rig) -> Vec<LawCheck> {
     if rig.actuator.is_some() {
         add(Law::Actuator, absent_signals(rig, &["u", "x"]));
     }
+    let records = |signal: &str| rig.signals.contains(signal);
+    if rig.valve.is_some() && (records("flow_a") || records("flow_b")) {
+        let mut lacks = absent_signals(rig, &["u"]);
+        if records("flow_a") && !records("flow_b") {
+            lacks.extend(absent_signals(rig, &["p_a"]));
+        }
+        lacks.extend(absent_keys(rig, Law::ValveFlow));
+        add(Law::ValveFlow, lacks);
+    }
+    if rig.valve.is_some() && records("spool") {
+        let lacks = absent_signals(rig, &["u"]).into_iter();
+        add(
+            Law::Spool,
+            lacks.chain(absent_keys(rig, Law::Spool)).collect(),
+        );
+    }
     laws
 }
 

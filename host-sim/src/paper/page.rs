@@ -112,7 +112,7 @@ fn experiments(section: &mut Section, procedure: &Procedure) {
 }
 
 fn truth(step: &Step, key: &str) -> Option<f64> {
-    let key = if key == "spool_gain_per_V" {
+    let key = if key == "valve.spool_gain_m_V" {
         "spool_gain_m_V"
     } else {
         key

@@ -41,7 +41,7 @@ fn candidates(scene: &Scene<'_>) -> Vec<Candidate> {
     if scene.law == Law::Actuator {
         return vec![of_stem(scene)];
     }
-    if !scene.is_behind_valve() {
+    if !scene.follows_spool() {
         return Vec::new();
     }
     // From a limit alike in both directions a fit does not find one that is tighter in one of them.

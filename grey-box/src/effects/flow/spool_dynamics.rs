@@ -38,7 +38,7 @@ pub fn law<R: Real>(numbers: &impl Numbers<R>) -> SpoolDynamics<R> {
 }
 
 fn candidates(scene: &Scene<'_>) -> Vec<Candidate> {
-    if !scene.is_behind_valve() {
+    if !scene.follows_spool() {
         return Vec::new();
     }
     let row_s = scene.row_s;

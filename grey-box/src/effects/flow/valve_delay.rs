@@ -36,7 +36,7 @@ fn candidates(scene: &Scene<'_>) -> Vec<Candidate> {
     };
     if scene.law == Law::Actuator {
         rows(20.0, &[0.25, 0.75, 1.5, 4.0])
-    } else if scene.is_behind_valve() {
+    } else if scene.follows_spool() {
         rows(50.0, &[1.5, 5.5])
     } else {
         Vec::new()

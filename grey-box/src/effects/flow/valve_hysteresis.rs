@@ -39,7 +39,7 @@ fn candidates(scene: &Scene<'_>) -> Vec<Candidate> {
         let play = play.form("backlash");
         return vec![play.free("width", (0.0, 0.3), &[0.005, 0.03])];
     }
-    if !scene.is_behind_valve() {
+    if !scene.follows_spool() {
         return Vec::new();
     }
     let least = scene.spool_stroke_v();
