@@ -101,7 +101,7 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
                  is what is left of the forces. The curve is the paper's (11), fitted to the means of \
                  the stretches; terms that they do not show are left out.",
         numbers: numbers(&best),
-        notes: notes(&best, &points),
+        notes: notes(&best, &points, forces.has_sensor),
         pictures: pictures(rig, &best, &points),
         stretches,
         ..Outcome::default()
@@ -416,8 +416,14 @@ fn numbers(fitted: &Fitted) -> Vec<Number> {
     numbers
 }
 
-fn notes(fitted: &Fitted, points: &[Point]) -> Vec<String> {
+fn notes(fitted: &Fitted, points: &[Point], has_sensor: bool) -> Vec<String> {
     let mut notes = Vec::new();
+    if !has_sensor {
+        notes.push(
+            "no force is recorded: whatever moves the carriage beside the pressures passes for friction"
+                .into(),
+        );
+    }
     let can = shown_by(points);
     let terms = fitted.terms;
     if !can.viscous {
@@ -541,7 +547,39 @@ fn pictures(rig: &Rig, fitted: &Fitted, points: &[Point]) -> Vec<Picture> {
         Kind::Points,
         points.iter().map(residual).collect(),
     );
-    vec![curve, left]
+    let mut pictures = vec![curve];
+    pictures.extend(over_pressure(fitted, points));
+    pictures.push(left);
+    pictures
+}
+
+/// The dry friction of every stretch over the pressure that it grows with, figures 12 and 13.
+fn over_pressure(fitted: &Fitted, points: &[Point]) -> Option<Picture> {
+    let numbers = &fitted.solved.values;
+    let terms = fitted.terms;
+    let (name, place, of): (&str, usize, fn(&Point) -> f64) =
+        if terms.with_difference && !terms.with_mean {
+            ("pressure difference", 5, |one| one.difference_pa)
+        } else if terms.with_mean {
+            ("mean gauge pressure", 4, |one| one.mean_gauge_pa)
+        } else {
+            return None;
+        };
+    let dry_n = |one: &Point| {
+        let zero_n = fitted.zeros[one.recording].map_or(0.0, |place| numbers[6 + place]);
+        let fall = (-(one.speed_m_per_s / numbers[3]).powi(2)).exp();
+        let sliding_n = (one.force_n - zero_n - numbers[1] * one.speed_m_per_s).abs();
+        (1e-5 * of(one), sliding_n - numbers[2] * fall)
+    };
+    let highest_pa = points.iter().map(of).fold(0.0, f64::max);
+    let line = [0.0, highest_pa].map(|at_pa| (1e-5 * at_pa, numbers[0] + numbers[place] * at_pa));
+    let title = format!("Coulomb friction over the {name}");
+    let picture = Picture::new(title, (name, "bar"), ("friction", "N")).with(
+        "stretches, less viscous part and rise at low speed",
+        Kind::Points,
+        points.iter().map(dry_n).collect(),
+    );
+    Some(picture.with("law", Kind::Law, line.to_vec()))
 }
 
 /// Speeds for a curve in both directions, dense where it falls.

@@ -38,6 +38,7 @@ pub mod valve_flow;
 pub use outcome::{Curve, Kind, Number, Outcome, Picture, Scale, Stretch};
 
 use grey_box::laws::Track;
+use grey_box::recording::Recording;
 use grey_box::rig::Rig;
 
 /// An experiment of this bench.
@@ -58,6 +59,29 @@ pub enum Experiment {
 }
 
 impl Experiment {
+    /// All experiments, by the names of `pneuma identify`.
+    pub const ALL: [(&'static str, Self); 6] = [
+        ("valve-flow", Self::ValveFlow),
+        ("spool", Self::Spool),
+        ("heat-transfer", Self::HeatTransfer),
+        ("friction", Self::Friction),
+        ("presliding", Self::Presliding),
+        ("dead-volume", Self::DeadVolume),
+    ];
+
+    /// The experiment of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|(known, _)| *known == name)
+            .map(|(_, experiment)| experiment)
+    }
+
+    /// Whether recordings of a valve's flow are of a bench, with a flow meter or a vessel: of an axis
+    /// in motion the chambers are the flow meter, which is another evaluation.
+    pub fn is_of_bench(rig: &Rig, recordings: &[Recording]) -> bool {
+        rig.vessel.is_some() || recordings.iter().all(|one| one.signal("flow_a").is_some())
+    }
+
     /// Evaluates recordings of it.
     ///
     /// # Errors

@@ -303,7 +303,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "noise = 250.0",
         "nois = 250.0",
-        "rig.toml:5: signals.p_a.nois: unknown key, expected one of: column, unit, noise, resolution, scale, offset (did you mean \"noise\"?)",
+        "rig.toml:5: signals.p_a.nois: unknown key, expected one of: column, constant, every, unit, noise, resolution, scale, offset (did you mean \"noise\"?)",
     ),
     (
         "\"bar(g)\"",

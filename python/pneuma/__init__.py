@@ -39,6 +39,7 @@ __all__ = [
     "compare",
     "diagnose",
     "fit",
+    "identify",
     "identify_valve_flow",
     "inspect",
     "recording",
@@ -163,6 +164,15 @@ def fit(
     any all are free that the rig lists under ``[uncertainty]``.
     """
     return Fit(*_pneuma.fit(rig, _listed(train), _listed(held_out), list(free)))
+
+
+def identify(part: str, rig: Rig, recordings: Union[Recording, Sequence[Recording]]) -> Fit:
+    """Numbers of the rig from a bench experiment, each with its deviation; ``improved_rig`` has them.
+
+    ``part`` is ``"valve-flow"``, ``"spool"``, ``"heat-transfer"``, ``"friction"``, ``"presliding"`` or
+    ``"dead-volume"``; what each needs stands in ``docs/identify.md``.
+    """
+    return Fit(*_pneuma.identify(part, rig, _listed(recordings)))
 
 
 def identify_valve_flow(rig: Rig, recordings: Union[Recording, Sequence[Recording]]) -> Fit:

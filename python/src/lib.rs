@@ -21,7 +21,7 @@ mod _pneuma {
     #[pymodule_export]
     use super::steps::{Controller, Plant};
     #[pymodule_export]
-    use super::work::{Diagnosis, compare, diagnose, fit, inspect, simulate, valve_flow};
+    use super::work::{Diagnosis, compare, diagnose, fit, identify, inspect, simulate, valve_flow};
 
     use super::*;
 

@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::sync::Mutex;
 
+use bench::Experiment;
 use diagnosis::compare::{compare_law, headline};
 use diagnosis::identify::{FreeRequest, LawFit, LawTask, fit_law, free_parameters, improved_rig};
 use diagnosis::imprecise::with_built_in_priors;
@@ -219,6 +220,34 @@ pub fn simulate(py: Python<'_>, path: PathBuf) -> PyResult<Columns> {
     let table = host_sim::simulate::recorded(&scenario, &simulation).map_err(of_rig)?;
     let columns = table.names.into_iter().zip(table.columns).collect();
     Ok((columns, simulation.note()))
+}
+
+/// A bench experiment: JSON, text, and the rig with its numbers.
+#[pyfunction]
+pub fn identify(
+    py: Python<'_>,
+    part: &str,
+    rig: &Rig,
+    recordings: Vec<PyRef<'_, Recording>>,
+) -> PyResult<(String, String, Rig)> {
+    let experiment = Experiment::named(part).ok_or_else(|| {
+        let names = Experiment::ALL.map(|(name, _)| name).join(", ");
+        unusable(format!(
+            "there is no experiment {part:?}, expected one of {names}"
+        ))
+    })?;
+    let listed = rows(&recordings);
+    if experiment == Experiment::ValveFlow && !Experiment::is_of_bench(&rig.inner, &listed) {
+        return valve_flow(py, rig, recordings);
+    }
+    let outcome = py.detach(|| {
+        let tracks: Vec<Track<'_>> = listed.iter().map(Track::new).collect();
+        experiment.evaluate(&rig.inner, &tracks)
+    });
+    let outcome = outcome.map_err(unusable)?;
+    let inner = outcome.applied(&rig.inner);
+    let name = rig.name.clone();
+    Ok((json(&outcome)?, outcome.to_string(), Rig { inner, name }))
 }
 
 /// Null, areas and dead volumes of a valve and its axis: JSON, and text.

@@ -26,6 +26,32 @@ def recordings(*names):
     return [pneuma.Recording.read(AXIS / f"{name}.csv", rig()) for name in names]
 
 
+class Bench(unittest.TestCase):
+    def test_a_force_bench_gives_the_friction_that_was_put_in(self):
+        text = """format = "rig/1"
+[signals]
+t = { column = "t", unit = "s" }
+x = { column = "x", unit = "m" }
+force = { column = "force", unit = "N" }
+"""
+        rows = np.arange(4000)
+        speeds = np.repeat([0.002, -0.005, 0.01, -0.03, 0.06, -0.1], len(rows))
+        time_s = np.arange(len(speeds)) * 1e-3
+        noise = np.random.default_rng(1)
+        position = np.cumsum(speeds) * 1e-3 + noise.normal(0, 2e-6, len(speeds))
+        friction = np.sign(speeds) * (20 + 8 * np.exp(-((speeds / 0.005) ** 2))) + 60 * speeds
+        force = noise.normal(0, 0.2, len(speeds)) - friction
+        bench = pneuma.recording(time_s, {"x": position, "force": force})
+        found = pneuma.identify("friction", pneuma.Rig.parse(text, "bench.toml"), bench)
+        numbers = {one["key"]: (one["value"], one["deviation"]) for one in found.data["numbers"]}
+        for key, true in {"friction.coulomb_N": 20.0, "friction.viscous_Ns_m": 60.0}.items():
+            value, deviation = numbers[key]
+            self.assertLess(abs(value - true), 5 * deviation + 0.02 * true, key)
+        with self.assertRaises(pneuma.PneumaError) as caught:
+            pneuma.identify("spol", rig(), recordings("train-1"))
+        self.assertIn("spool", str(caught.exception))
+
+
 class Files(unittest.TestCase):
     def test_a_recording_is_the_same_from_a_file_and_from_arrays(self):
         (read,) = recordings("train-1")

@@ -105,18 +105,16 @@ pub fn run(arguments: &IdentifyArguments, out: &mut dyn Write) -> Result<(), Com
     let recordings = recording_set::sorted(read_recordings(&arguments.recordings, &rig)?);
     let remarks = say_remarks(&rig, &recordings, out)?;
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
-    if experiment == Experiment::ValveFlow && is_of_axis(&rig, &recordings) {
-        let valve = valve_flow::measure(&rig, &tracks).map_err(bad_input)?;
+    if experiment == Experiment::ValveFlow && !Experiment::is_of_bench(&rig, &recordings) {
+        let valve = valve_flow::measure(&rig, &tracks).map_err(|why| {
+            bad_input(format!(
+                "{why} (a bench has flow_a of a flow meter, or a [vessel])"
+            ))
+        })?;
         return arguments.hand_over(&valve, "valve-flow/1", (&rig, &recordings, &remarks), out);
     }
     let outcome = experiment.evaluate(&rig, &tracks).map_err(bad_input)?;
     arguments.hand_over(&outcome, "identified/1", (&rig, &recordings, &remarks), out)
-}
-
-/// Whether the recordings are of the axis in motion, whose chambers are the flow meter.
-fn is_of_axis(rig: &Rig, recordings: &[Recording]) -> bool {
-    let has_meter = recordings.iter().all(|one| one.signal("flow_a").is_some());
-    rig.vessel.is_none() && !has_meter
 }
 
 /// What was measured: to be said, put into a rig, and shown.

@@ -96,7 +96,7 @@ fn summarise(procedure: &crate::paper::Procedure, out: &mut dyn Write) -> Result
         procedure.steps.len(),
         procedure.seed
     )?;
-    let after = procedure.left_out.as_ref().map(|found| &found.responses);
+    let after = procedure.left_out.first().map(|found| &found.responses);
     for (place, response) in procedure.responses.iter().enumerate() {
         let better = after
             .and_then(|after| after.get(place))
@@ -109,8 +109,8 @@ fn summarise(procedure: &crate::paper::Procedure, out: &mut dyn Write) -> Result
             better.unwrap_or_default()
         )?;
     }
-    if let Some(found) = &procedure.left_out {
-        writeln!(out, "left out: {}", found.sentence)?;
+    for found in &procedure.left_out {
+        writeln!(out, "{}: {}", found.title.to_lowercase(), found.sentence)?;
     }
     Ok(())
 }

@@ -91,13 +91,47 @@ fn presliding(levels: &FrictionLevels<f64>, bristle: &Bristle<f64>) -> Figure {
         }
         picture = picture.with(format!("{:.0} µm", 1e6 * amplitude_m), Kind::Law, points);
     }
+    let steady = (-100..=100).filter(|place| *place != 0).map(|place| {
+        let speed = 2.6e-3 * f64::from(place) / 100.0;
+        (1e3 * speed, levels.steady_n(bristle, speed))
+    });
+    let parts = Picture::new(
+        "Where LuGre and its steady curve part",
+        ("speed", "mm/s"),
+        ("friction", "N"),
+    )
+    .with(
+        "LuGre, sine of 200 µm at 2 Hz",
+        Kind::Law,
+        over_speed(levels, bristle),
+    )
+    .with("steady curve (11)", Kind::Given, steady.collect());
     Figure {
         number: "(9)",
         title: "Friction before break-away",
         says: "sigma0 = 9.14e5 N/m and sigma1 = 1327 N s/m from transient presliding at reversal, at 4 bar.",
         assumed: "Amplitudes of 4 to 40 µm at 1 Hz; the levels are those of open ports.",
-        pictures: vec![picture],
+        pictures: vec![picture, parts],
     }
+}
+
+/// Friction over the speed of a slow sine: at reversal the bristles turn over first.
+fn over_speed(levels: &FrictionLevels<f64>, bristle: &Bristle<f64>) -> Vec<(f64, f64)> {
+    const STEP_S: f64 = 5e-5;
+    const HERTZ: f64 = 2.0;
+    const AMPLITUDE_M: f64 = 2e-4;
+    let mut deflection_m = 0.0;
+    let mut points = Vec::new();
+    for step in 0..20_000 {
+        let speed = AMPLITUDE_M * TAU * HERTZ * (TAU * HERTZ * f64::from(step) * STEP_S).cos();
+        let (next, force_n) = bristle.step_driven(levels, speed, deflection_m, STEP_S);
+        deflection_m = next;
+        // The first half settles.
+        if step >= 10_000 && step % 10 == 0 {
+            points.push((1e3 * speed, force_n));
+        }
+    }
+    points
 }
 
 fn pressures(levels: &FrictionLevels<f64>) -> Figure {

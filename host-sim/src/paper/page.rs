@@ -9,13 +9,16 @@ use super::{Figure, LeftOut};
 use crate::charts::chart;
 use crate::report::{Cell, Page, Section, Table, number};
 
+/// What a prediction by the procedure's rig is called.
+const FROM_BENCH: &str = "predicted from the bench";
+
 /// The page of figures and procedure.
 pub fn page(figures: &[Figure], procedure: &Procedure) -> Page {
     let mut page = Page::new("Meng, Tao, Chen, Ban (2011), experiment by experiment");
     page.lead(lead(procedure));
     page.opening(|section| {
         if let Some(response) = procedure.responses.first() {
-            section.chart(chart(&position(response, procedure.left_out.as_ref())));
+            section.chart(chart(&position(response, (FROM_BENCH, procedure.left_out.first()))));
         }
         section.text(
             "First the figures 2 to 14 of \"Modeling of a Pneumatic System for High-Accuracy Position Control\" by the \
@@ -35,14 +38,12 @@ pub fn page(figures: &[Figure], procedure: &Procedure) -> Page {
     page.section("Step responses, predicted and measured", |section| {
         steps(section, procedure)
     });
-    if let Some(left_out) = &procedure.left_out {
+    if !procedure.left_out.is_empty() {
         page.section("What the procedure leaves out", |section| {
-            section.callout(&left_out.sentence);
-            section.text(
-                "Found by `pneuma diagnose` in recordings of the axis in motion, with the rig file of the procedure. The \
-                 friction was measured with open ports, as in the paper; in motion both chambers are under pressure.",
-            );
-            section.table(errors(&procedure.responses, Some(&left_out.responses)));
+            procedure
+                .left_out
+                .iter()
+                .for_each(|one| show_left_out(section, one));
         });
     }
     page
@@ -57,7 +58,7 @@ fn lead(procedure: &Procedure) -> String {
         "Bench experiments alone give a rig that predicts steps of 1 to 4 V to {} mm",
         number::significant(mean(&procedure.responses), 2)
     );
-    if let Some(left_out) = &procedure.left_out {
+    if let Some(left_out) = procedure.left_out.first() {
         let _ = write!(
             lead,
             "; with what the diagnosis finds missing it is {} mm",
@@ -65,6 +66,20 @@ fn lead(procedure: &Procedure) -> String {
         );
     }
     lead + "."
+}
+
+fn show_left_out(section: &mut Section, left_out: &LeftOut) {
+    section.subheading(left_out.title);
+    section.text(left_out.about);
+    section.callout(&left_out.sentence);
+    section.text("Found by `pneuma diagnose` in three recordings of this axis in motion, 8 s each, one of them held out.");
+    if let Some(first) = left_out.before.first() {
+        section.chart(chart(&position(
+            first,
+            ("predicted without it", Some(left_out)),
+        )));
+    }
+    section.table(errors(&left_out.before, Some(&left_out.responses)));
 }
 
 fn show(section: &mut Section, figure: &Figure) {
@@ -126,13 +141,16 @@ fn steps(section: &mut Section, procedure: &Procedure) {
          pressures and position and follows the command alone.",
     );
     for response in &procedure.responses {
-        section.chart(chart(&position(response, procedure.left_out.as_ref())));
+        section.chart(chart(&position(
+            response,
+            (FROM_BENCH, procedure.left_out.first()),
+        )));
         section.chart(chart(&pressures(response)));
     }
     section.table(errors(&procedure.responses, None));
 }
 
-fn position(response: &Response, left_out: Option<&LeftOut>) -> Picture {
+fn position(response: &Response, (name, left_out): (&str, Option<&LeftOut>)) -> Picture {
     let course = |samples: &[crate::simulate::Sample]| -> Vec<(f64, f64)> {
         samples
             .iter()
@@ -148,11 +166,7 @@ fn position(response: &Response, left_out: Option<&LeftOut>) -> Picture {
             Kind::Recorded,
             measured.map(|(time, x)| (*time, 1e3 * x)).collect(),
         )
-        .with(
-            "predicted from the bench",
-            Kind::Given,
-            course(&response.predicted.samples),
-        );
+        .with(name, Kind::Given, course(&response.predicted.samples));
     let same = |one: &&Response| (one.opening_v - response.opening_v).abs() < 1e-9;
     if let Some(better) = left_out.and_then(|all| all.responses.iter().find(same)) {
         picture = picture.with(

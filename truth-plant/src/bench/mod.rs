@@ -24,7 +24,7 @@ use core::str::FromStr;
 use std::collections::BTreeMap;
 
 use axis::Axis;
-pub use motion::{AMBIENT_PA, axis_in_motion};
+pub use motion::{axis_behind_tubes, axis_in_motion};
 use recording::Noises;
 
 use crate::random::{Purpose, Random};

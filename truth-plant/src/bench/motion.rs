@@ -1,8 +1,8 @@
 //! The whole axis of a bench's seed, to be driven: what its experiments measured in parts.
 
 use super::axis::Axis;
-use crate::case::nameplate::AMBIENT;
 use crate::plant::friction::Friction;
+use crate::plant::line::Line;
 use crate::plant::valve::CommandPath;
 use crate::plant::{Physics, Plant, Start};
 
@@ -10,20 +10,35 @@ use crate::plant::{Physics, Plant, Start};
 const POINTS: usize = 501;
 const WIDEST_V: f64 = 5.5;
 
+/// Inner diameter of the tubes, m.
+const TUBE_DIAMETER_M: f64 = 4e-3;
+
 /// The axis at rest at a position, both chambers at a pressure. `recording` tells the noise of one
 /// run from that of another.
-pub fn axis_in_motion(seed: u64, recording: usize, (position_m, pressure_pa): (f64, f64)) -> Plant {
+pub fn axis_in_motion(seed: u64, recording: usize, at: (f64, f64)) -> Plant {
+    at_rest(physics(&Axis::draw(seed)), (seed, recording), at)
+}
+
+/// The same axis with tubes of that length between valve and cylinder.
+pub fn axis_behind_tubes(seed: u64, recording: usize, at: (f64, f64), length_m: f64) -> Plant {
+    let mut physics = physics(&Axis::draw(seed));
+    physics.network.line = Some(Line::new(length_m, TUBE_DIAMETER_M));
+    at_rest(physics, (seed, recording), at)
+}
+
+fn at_rest(
+    physics: Physics,
+    (seed, recording): (u64, usize),
+    (position_m, pressure_pa): (f64, f64),
+) -> Plant {
     let start = Start {
         position_m,
         pressure_pa: [pressure_pa; 2],
         seed,
         recording,
     };
-    Plant::new(physics(&Axis::draw(seed)), start)
+    Plant::new(physics, start)
 }
-
-/// Ambient pressure of all benches, Pa absolute.
-pub const AMBIENT_PA: f64 = AMBIENT.pressure_pa;
 
 fn physics(axis: &Axis) -> Physics {
     let mut physics = axis.nameplate.physics(1.0);
