@@ -39,7 +39,7 @@ force = { column = "force", unit = "N" }
         time_s = np.arange(len(speeds)) * 1e-3
         noise = np.random.default_rng(1)
         position = np.cumsum(speeds) * 1e-3 + noise.normal(0, 2e-6, len(speeds))
-        friction = np.sign(speeds) * (20 + 8 * np.exp(-((speeds / 0.005) ** 2))) + 60 * speeds
+        friction = 20 * np.sign(speeds) + 60 * speeds
         force = noise.normal(0, 0.2, len(speeds)) - friction
         bench = pneuma.recording(time_s, {"x": position, "force": force})
         found = pneuma.identify("friction", pneuma.Rig.parse(text, "bench.toml"), bench)
