@@ -8,8 +8,8 @@ use truth_plant::bench::Experiment as Drawn;
 #[path = "../examples/judge/mod.rs"]
 mod judge;
 
-/// Share of the numbers within two deviations: 95 % of a normal law, less four deviations of so
-/// many draws.
+/// Share of the numbers within two deviations: 95 % of a normal law, less three deviations of the
+/// forty numbers of one seed.
 const LEAST_SHARE: f64 = 0.85;
 /// None is further off, in deviations.
 const FURTHEST: f64 = 5.0;
@@ -44,7 +44,7 @@ fn judge_all(seeds: std::ops::Range<u64>) {
 
 #[test]
 fn val_estimates_of_drawn_benches_lie_within_their_deviations() {
-    judge_all(31..33);
+    judge_all(31..32);
 }
 
 #[test]

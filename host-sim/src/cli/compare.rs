@@ -27,7 +27,8 @@ pub struct CompareArguments {
     /// Write the findings as JSON.
     #[arg(long)]
     pub json: Option<PathBuf>,
-    /// The recordings; `run.csv@0..50` is the first half of one.
+    /// The recordings; `run.csv@0..50` is the first half of one, `run.csv@2s..5s`
+    /// what lies between two times.
     #[arg(value_name = "FILE[@FROM..TO]", required = true)]
     pub recordings: Vec<PathBuf>,
 }

@@ -21,7 +21,8 @@ pub struct DiagnoseArguments {
     /// What is known of the rig.
     #[arg(long)]
     pub rig: PathBuf,
-    /// Recordings to learn from; `run.csv@0..50` is the first half of one.
+    /// Recordings to learn from; `run.csv@0..50` is the first half of one, `run.csv@2s..5s`
+    /// what lies between two times.
     #[arg(long, value_name = "FILE[@FROM..TO]", num_args = 1.., required = true)]
     pub train: Vec<PathBuf>,
     /// Recordings to judge by; no parameter is fitted to them.

@@ -30,7 +30,8 @@ pub struct FitArguments {
     /// (the valve between the points of its table, bristles: `docs/method.md`).
     #[arg(long, value_name = "KEY[=START][,LOWER..UPPER]", num_args = 1..)]
     pub free: Vec<String>,
-    /// Recordings to fit; `run.csv@0..50` is the first half of one.
+    /// Recordings to fit; `run.csv@0..50` is the first half of one, `run.csv@2s..5s`
+    /// what lies between two times.
     #[arg(long, value_name = "FILE[@FROM..TO]", required = true, num_args = 1..)]
     pub train: Vec<PathBuf>,
     /// Recordings to predict with the fitted numbers.

@@ -71,7 +71,8 @@ pub struct PartArguments {
     /// Write a page with plots.
     #[arg(long)]
     report: Option<PathBuf>,
-    /// The recordings; `run.csv@0..50` is the first half of one.
+    /// The recordings; `run.csv@0..50` is the first half of one, `run.csv@2s..5s`
+    /// what lies between two times.
     #[arg(value_name = "FILE[@FROM..TO]", required = true)]
     recordings: Vec<PathBuf>,
 }

@@ -52,22 +52,21 @@ pub(super) fn read_recordings(
 /// Fewer rows than this say nothing of any law.
 const LEAST_ROWS: usize = 30;
 
-/// Reads a recording, or a part of one: `run.csv@0..50` is its first half, in
-/// percent of its rows. A file of that very name goes first.
+/// Reads a recording, or a part of one: `run.csv@0..50` is its first half, in percent of its rows,
+/// `run.csv@1.5s..3s` what lies between two times. A file of that very name goes first.
 pub(super) fn read_recording(path: &Path, rig: &Rig) -> Result<Recording, CommandError> {
     let text = path.to_string_lossy();
     let recording = match text.rsplit_once('@').filter(|_| !path.exists()) {
         None => Recording::read(path, &rig.signals).map_err(bad_input)?,
         Some((file, part)) => {
-            let Some((from, to)) = percentages(part) else {
+            let Some(part) = Part::of(part) else {
                 return Err(bad_input(format!(
-                    "{}: expected a part such as @0..50, rising percentages of the rows from 0 to 100",
+                    "{}: expected a part such as @0..50, rising percentages of the rows from 0 to 100, or @1.5s..3s, rising times",
                     file_name(&text)
                 )));
             };
             let whole = Recording::read(file, &rig.signals).map_err(bad_input)?;
-            let row = |percent: f64| (whole.len() as f64 * percent / 100.0).round() as usize;
-            whole.part(row(from)..row(to))
+            whole.part(part.rows(&whole.time_s))
         }
     };
     if recording.len() < LEAST_ROWS {
@@ -80,11 +79,35 @@ pub(super) fn read_recording(path: &Path, rig: &Rig) -> Result<Recording, Comman
     Ok(recording)
 }
 
-/// First and last percent of `from..to`.
-fn percentages(part: &str) -> Option<(f64, f64)> {
-    let (from, to) = part.split_once("..")?;
-    let (from, to): (f64, f64) = (from.parse().ok()?, to.parse().ok()?);
-    (0.0 <= from && from < to && to <= 100.0).then_some((from, to))
+/// A part of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    /// Between two percentages of its rows.
+    Percent(f64, f64),
+    /// Between two of its times, s.
+    Seconds(f64, f64),
+}
+
+impl Part {
+    /// Of `0..50` or `1.5s..3s`.
+    fn of(text: &str) -> Option<Self> {
+        let (from, to) = text.split_once("..")?;
+        if let (Some(from), Some(to)) = (from.strip_suffix('s'), to.strip_suffix('s')) {
+            let (from, to): (f64, f64) = (from.parse().ok()?, to.parse().ok()?);
+            return (from < to).then_some(Self::Seconds(from, to));
+        }
+        let (from, to): (f64, f64) = (from.parse().ok()?, to.parse().ok()?);
+        (0.0 <= from && from < to && to <= 100.0).then_some(Self::Percent(from, to))
+    }
+
+    fn rows(self, time_s: &[f64]) -> std::ops::Range<usize> {
+        let share = |percent: f64| (time_s.len() as f64 * percent / 100.0).round() as usize;
+        let at = |second: f64| time_s.partition_point(|time| *time < second);
+        match self {
+            Self::Percent(from, to) => share(from)..share(to),
+            Self::Seconds(from, to) => at(from)..at(to),
+        }
+    }
 }
 
 /// Refuses a row of a recording that is given twice: fitted to twice it counts for two, and
@@ -118,15 +141,10 @@ pub(super) fn check_apart(train: &[Recording], held_out: &[Recording]) -> Result
 
 /// The file of an argument that may name a part of it.
 pub(super) fn without_part(path: &Path) -> PathBuf {
-    file_and_part(path).0
-}
-
-/// The file of an argument, and the part of its rows in percent.
-fn file_and_part(path: &Path) -> (PathBuf, (f64, f64)) {
     let text = path.to_string_lossy();
     let part = text.rsplit_once('@').filter(|_| !path.exists());
-    let part = part.and_then(|(file, part)| Some((file.into(), percentages(part)?)));
-    part.unwrap_or((path.into(), (0.0, 100.0)))
+    let file = part.filter(|(_, part)| Part::of(part).is_some());
+    file.map_or_else(|| path.into(), |(file, _)| file.into())
 }
 
 /// The laws that the rig describes and its signals drive; one line where there
@@ -288,4 +306,21 @@ fn fingerprint(path: &Path) -> io::Result<(u64, String)> {
         .map(|byte| format!("{byte:02x}"))
         .collect();
     Ok((bytes, hash))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_a_part_is_of_rows_or_of_time() {
+        let time_s: Vec<f64> = (0..100).map(|row| 0.1 * f64::from(row)).collect();
+        let rows = |text: &str| Part::of(text).map(|part| part.rows(&time_s));
+        assert_eq!(rows("0..50"), Some(0..50));
+        assert_eq!(rows("1.95s..3.05s"), Some(20..31));
+        assert_eq!(rows("0s..100s"), Some(0..100));
+        for refused in ["50..0", "0..101", "3s..1s", "1s..50", "1..", "..", "a..b"] {
+            assert_eq!(rows(refused), None, "{refused}");
+        }
+    }
 }

@@ -23,9 +23,12 @@ pub(super) struct Axis {
     pub(super) spool_m_per_v: f64,
 }
 
-/// A delay as the bench steps it.
+/// A delay as the bench steps it: up to the next step. It stands a hair before its step, so that
+/// rounding does not make it the one after.
 fn on_grid(delay_s: f64) -> f64 {
-    libm::round(delay_s / super::spool::STEP_S) * super::spool::STEP_S
+    const HAIR_S: f64 = 1e-9;
+    let step_s = super::spool::STEP_S;
+    (libm::round(delay_s / step_s) * step_s - HAIR_S).max(0.0)
 }
 
 impl Axis {
