@@ -210,11 +210,17 @@ fn pressures(response: &Response) -> Picture {
 
 /// Root mean square differences of each step, before and after.
 fn errors(responses: &[Response], after: Option<&[Response]>) -> Table {
-    let mut table = Table::new(["opening, V", "position, mm", "velocity, mm/s", "pressure A, kPa", "pressure B, kPa"])
-        .caption(match after {
-            None => "Root mean square of predicted less measured.",
-            Some(_) => "Root mean square of predicted less measured: from the bench, and with what was left out.",
-        });
+    let mut table = Table::new([
+        "opening, V",
+        "position, mm",
+        "velocity, mm/s",
+        "pressure A, kPa",
+        "pressure B, kPa",
+    ])
+    .caption(match after {
+        None => "Root mean square of predicted less measured.",
+        Some(_) => "Root mean square of predicted less measured: without it, and with it.",
+    });
     let scales = [1e3, 1e3, 1e-3, 1e-3];
     for (place, response) in responses.iter().enumerate() {
         let cell = |signal: usize| {
