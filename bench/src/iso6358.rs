@@ -19,7 +19,7 @@ use crate::outcome::Number;
 /// Temperature of the ANR reference (ISO 8778), K.
 const ANR_TEMPERATURE_K: f64 = 293.15;
 /// Points from which three numbers are fitted.
-const LEAST_POINTS: usize = 5;
+pub(crate) const LEAST_POINTS: usize = 5;
 /// Litres per minute in a cubic metre per second.
 const L_MIN_PER_M3_S: f64 = 60_000.0;
 

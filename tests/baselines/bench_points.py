@@ -3,7 +3,8 @@
     pneuma identify friction    --rig rig.toml sliding-*.csv --json friction.json
     pneuma identify valve-flow  --rig rig.toml staircase.csv ratio.csv --json valve.json
     pneuma identify dead-volume --rig rig.toml pushed.csv --json dead.json
-    python tests/baselines/bench_points.py friction.json valve.json dead.json
+    pneuma identify spool       --rig rig.toml staircase.csv sines.csv --json spool.json
+    python tests/baselines/bench_points.py friction.json valve.json dead.json spool.json
 
 Each JSON file holds the points of its pictures. Here the laws are written down again and fitted
 by `scipy.optimize.curve_fit`; a line says both numbers and how far they are apart in the stated
@@ -54,6 +55,33 @@ def valve_flow(content):
     return {"valve.critical_pressure_ratio": critical, "valve.discharge_slope": slope}
 
 
+def lag(frequency, natural, damping, delay):
+    """Gain in dB and phase in degrees of a second-order lag and a dead time, one after the other."""
+    ratio = frequency / natural
+    response = np.exp(-2j * np.pi * frequency * delay) / (1 - ratio**2 + 2j * damping * ratio)
+    return np.concatenate([20 * np.log10(np.abs(response)), np.degrees(np.unwrap(np.angle(response)))])
+
+
+def spool(content):
+    """Natural frequency, damping and dead time of the smallest amplitude's gains and phases."""
+    gains, phases = (
+        np.array(next(one["points"] for one in picture["curves"] if one["kind"] == "points"))
+        for picture in content["pictures"][-2:]
+    )
+    measured = np.concatenate([gains[:, 1], phases[:, 1]])
+    (natural, damping, delay), _ = curve_fit(
+        lambda frequency, *numbers: lag(frequency[: len(gains)], *numbers),
+        np.concatenate([gains[:, 0], phases[:, 0]]),
+        measured,
+        p0=[80.0, 0.7, 5e-4],
+    )
+    return {
+        "effects.spool-dynamics.natural_frequency_Hz": natural,
+        "effects.spool-dynamics.damping_ratio": damping,
+        "effects.valve-delay.delay_s": delay,
+    }
+
+
 def dead_volume(content):
     """Volume per pressure: a line over the length, its slope the piston area; no leak."""
     found = {}
@@ -75,7 +103,7 @@ def main(paths):
     for path in paths:
         with open(path, encoding="utf-8") as file:
             content = json.load(file)
-        fits = {"Friction": friction, "Valve flow": valve_flow, "Dead volume": dead_volume}
+        fits = {"Friction": friction, "Valve flow": valve_flow, "Spool": spool, "Dead volume": dead_volume}
         for key, other in fits[content["title"]](content).items():
             number = next((one for one in content["numbers"] if one["key"] == key), None)
             if number is None:

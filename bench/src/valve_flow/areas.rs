@@ -6,8 +6,10 @@ use model_core::valve::{AreaTable, FlowLaw};
 
 use super::number;
 use crate::flow_point::{FlowPoint, by_command};
+use crate::iso6358;
 use crate::least_squares::{Solved, fitted, linear};
 use crate::outcome::{AreaPoint, Number};
+use crate::steady;
 use nalgebra::{DMatrix, DVector};
 
 /// Up to this opening all paths are closed: overlaps are 0.2 to 0.5 V. What flows there is leakage.
@@ -20,6 +22,8 @@ const NULL_RANGE_V: f64 = 0.5;
 const BETWEEN_POINTS: f64 = 5e-3;
 /// The part of the largest area between which a path's first rise is read.
 const RISE: (f64, f64) = (0.03, 0.3);
+/// Over so much of the opening a slope is read, V.
+const STRETCH_V: f64 = 1.0;
 /// Points of a branch from which a curve is read.
 const LEAST_POINTS: usize = 4;
 /// The most points of a table of the rig file.
@@ -257,7 +261,44 @@ impl Areas {
             .iter()
             .map(|alike| number("valve.null_V", alike.at(0)));
         let dead_zones = [0, 1].into_iter().filter_map(|path| self.dead_zone(path));
-        null.chain(dead_zones).collect()
+        let saturations = [0, 1].into_iter().filter_map(|path| self.saturation(path));
+        null.chain(dead_zones).chain(saturations).collect()
+    }
+
+    /// Where a path has all but opened: the area rises half as fast as at its steepest.
+    fn saturation(&self, path: usize) -> Option<Number> {
+        let points = &self.paths[path];
+        let windows: Vec<(f64, f64)> = (0..points.len())
+            .filter_map(|first| {
+                let until = points.partition_point(|one| one.0 <= points[first].0 + STRETCH_V);
+                let (openings, areas): (Vec<f64>, Vec<f64>) = points[first..until]
+                    .iter()
+                    .map(|one| (one.0, one.1))
+                    .unzip();
+                let is_whole = *openings.last()? > points[first].0 + 0.5 * STRETCH_V;
+                is_whole.then(|| (steady::mean(&openings), steady::slope(&openings, &areas)))
+            })
+            .collect();
+        let steepest = windows.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let flat = windows
+            .iter()
+            .find(|one| one.0 > steepest.0 && one.1 < 0.5 * steepest.1)?;
+        let key = ["saturation_supply_V", "saturation_exhaust_V"][path];
+        let what = [
+            "opening from which the supply path opens half as fast",
+            "opening from which the exhaust path opens half as fast",
+        ];
+        // Between this stretch and the one before: as near as the commands are.
+        let apart_v = points
+            .windows(2)
+            .map(|pair| pair[1].0 - pair[0].0)
+            .fold(0.0, f64::max);
+        Some(Number::named(
+            key,
+            what[path],
+            "V",
+            (flat.0, apart_v / 12_f64.sqrt()),
+        ))
     }
 
     /// Where the line through the first of a path's rise meets the leakage.
@@ -306,17 +347,21 @@ impl Areas {
         path.iter().find(near).map(|one| one.1)
     }
 
-    /// Flows of the widest command, those into the port where there are any.
+    /// Flows of the widest command, of those that were held over several pressures if there are such.
     pub(super) fn largest_path(&self, points: &[FlowPoint]) -> Vec<(FlowPoint, f64)> {
-        let groups = by_command(points).into_iter();
-        let widest = groups
-            .filter(|group| group.len() > 1 || points.len() < 2 * MOST_POINTS)
-            .max_by(|a, b| {
-                let key =
-                    |group: &[FlowPoint]| (group[0].is_fed(), self.opening_v(&group[0]).abs());
-                let (a, b) = (key(a), key(b));
-                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-            });
+        let groups = by_command(points);
+        let most = groups.iter().map(Vec::len).max().unwrap_or(0);
+        let held_over = if most >= iso6358::LEAST_POINTS {
+            iso6358::LEAST_POINTS
+        } else {
+            1
+        };
+        let of_several = groups.into_iter().filter(|group| group.len() >= held_over);
+        let widest = of_several.max_by(|a, b| {
+            let key = |group: &[FlowPoint]| (group[0].is_fed(), self.opening_v(&group[0]).abs());
+            let (a, b) = (key(a), key(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
         let group = widest.unwrap_or_default();
         let area = group
             .first()

@@ -72,7 +72,10 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
             stated.critical_pressure_ratio
         )),
     }
-    numbers.extend(iso6358::numbers(&areas.largest_path(&points), &law));
+    numbers.extend(iso6358::numbers(
+        &areas.largest_path(&areas.without_leakage(&points, &law)),
+        &law,
+    ));
     Ok(Outcome {
         title: "Valve flow",
         method: "Each steady flow says the area of the open path by the flow law (1), (2) of the paper. The critical \

@@ -6,7 +6,14 @@ use crate::report::{Cell, Chart, Page, Role, Section, Series, Table, number};
 use crate::rig::Rig;
 
 /// The colours of a family of curves, in turn, and those of a family of points.
-const FAMILY: [Role; 4] = [Role::Improved, Role::Refitted, Role::Mark, Role::Noise];
+const FAMILY: [Role; 6] = [
+    Role::Improved,
+    Role::Refitted,
+    Role::Mark,
+    Role::Noise,
+    Role::Recorded,
+    Role::Given,
+];
 const OF_POINTS: [Role; 4] = [Role::Recorded, Role::Mark, Role::Refitted, Role::Noise];
 /// Numbers that the first sentence has.
 const SAID: usize = 2;
