@@ -86,12 +86,7 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
                     points.push(point);
                 }
             }
-            stretches.push(Stretch {
-                recording: track.recording.name.clone(),
-                from_s: track.recording.time_s[rows.start],
-                to_s: track.recording.time_s[rows.end - 1],
-                what: said,
-            });
+            stretches.push(Stretch::of(track.recording, &rows, said));
         }
     }
     let chambers: Vec<usize> = (0..2)

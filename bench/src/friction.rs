@@ -186,19 +186,14 @@ impl Forces {
 }
 
 fn stretch(track: &Track<'_>, rows: &std::ops::Range<usize>, point: &Point) -> Stretch {
-    let time_s = &track.recording.time_s;
-    Stretch {
-        recording: track.recording.name.clone(),
-        from_s: time_s[rows.start],
-        to_s: time_s[rows.end - 1],
-        what: format!(
-            "{:.2} mm/s: {:.2} ± {:.2} N at {:.2} bar gauge in the mean",
-            1e3 * point.speed_m_per_s,
-            point.force_n,
-            point.deviation_n,
-            1e-5 * point.mean_gauge_pa
-        ),
-    }
+    let what = format!(
+        "{:.2} mm/s: {:.2} ± {:.2} N at {:.2} bar gauge in the mean",
+        1e3 * point.speed_m_per_s,
+        point.force_n,
+        point.deviation_n,
+        1e-5 * point.mean_gauge_pa
+    );
+    Stretch::of(track.recording, rows, what)
 }
 
 /// The law of the terms that the points show.

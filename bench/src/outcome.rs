@@ -1,7 +1,9 @@
 //! What an experiment gives: numbers, the stretches that they came from, pictures, notes.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
+use grey_box::recording::Recording;
 use grey_box::rig::{Rig, describe};
 use grey_box::text::rounded;
 use serde::Serialize;
@@ -115,6 +117,18 @@ pub enum Kind {
     Law,
     /// The law of the rig file.
     Given,
+}
+
+impl Stretch {
+    /// These rows of a recording, of which there must be one at least.
+    pub fn of(recording: &Recording, rows: &Range<usize>, what: impl Into<String>) -> Self {
+        Self {
+            recording: recording.name.clone(),
+            from_s: recording.time_s[rows.start],
+            to_s: recording.time_s[rows.end - 1],
+            what: what.into(),
+        }
+    }
 }
 
 impl Number {

@@ -78,13 +78,7 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
 }
 
 fn whole(track: &Track<'_>) -> Stretch {
-    let time_s = &track.recording.time_s;
-    Stretch {
-        recording: track.recording.name.clone(),
-        from_s: time_s[0],
-        to_s: time_s[time_s.len() - 1],
-        what: "displacement and force".into(),
-    }
+    Stretch::of(track.recording, &(0..track.len()), "displacement and force")
 }
 
 struct Bench<'a> {

@@ -76,16 +76,11 @@ fn stretch(track: &Track<'_>) -> Stretch {
     let time_s = &track.recording.time_s;
     let command = track.recording.signal("u").unwrap_or(&[]);
     let found = sines(time_s, command).len();
-    Stretch {
-        recording: track.recording.name.clone(),
-        from_s: time_s[0],
-        to_s: time_s[time_s.len() - 1],
-        what: if found > 0 {
-            format!("{found} sines")
-        } else {
-            "command and spool".into()
-        },
-    }
+    let what = match found {
+        0 => "command and spool".to_owned(),
+        _ => format!("{found} sines"),
+    };
+    Stretch::of(track.recording, &(0..track.len()), what)
 }
 
 fn numbers(rig: &Rig, solved: &Solved, correlated: f64, row_s: f64) -> Vec<Number> {

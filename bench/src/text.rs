@@ -19,7 +19,7 @@ impl fmt::Display for Outcome {
                 number.what.clone(),
                 value,
                 deviation,
-                number.shown_in.0.replace('1', ""),
+                number.shown_unit().into(),
             ]);
         }
         write!(out, "{columns}")?;
@@ -51,6 +51,14 @@ impl fmt::Display for Outcome {
 }
 
 impl Number {
+    /// The unit in which it is shown; nothing for a plain number.
+    pub fn shown_unit(&self) -> &'static str {
+        match self.shown_in.0 {
+            "1" => "",
+            unit => unit,
+        }
+    }
+
     /// Value and deviation in the unit in which they are shown, as many digits as they are worth.
     pub fn shown(&self) -> (String, String) {
         let (value, deviation) = (

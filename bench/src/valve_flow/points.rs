@@ -69,27 +69,22 @@ pub(super) fn of(
 }
 
 fn stretch(track: &Track<'_>, rows: &Range<usize>, point: &FlowPoint) -> Stretch {
-    let time_s = &track.recording.time_s;
-    Stretch {
-        recording: track.recording.name.clone(),
-        from_s: time_s[rows.start],
-        to_s: time_s[rows.end - 1],
-        what: format!(
-            "{:.3} V, {:.2} to {:.2} bar: {:.1} l/min",
-            point.command_v,
-            1e-5 * if point.is_fed() {
-                point.supply_pa
-            } else {
-                point.port_pa
-            },
-            1e-5 * if point.is_fed() {
-                point.port_pa
-            } else {
-                point.exhaust_pa
-            },
-            crate::iso6358::flow_l_min(point.flow_kg_per_s)
-        ),
-    }
+    let what = format!(
+        "{:.3} V, {:.2} to {:.2} bar: {:.1} l/min",
+        point.command_v,
+        1e-5 * if point.is_fed() {
+            point.supply_pa
+        } else {
+            point.port_pa
+        },
+        1e-5 * if point.is_fed() {
+            point.port_pa
+        } else {
+            point.exhaust_pa
+        },
+        crate::iso6358::flow_l_min(point.flow_kg_per_s)
+    );
+    Stretch::of(track.recording, rows, what)
 }
 
 /// What is the same in all points of a recording, or recorded row by row.

@@ -26,7 +26,7 @@ pub fn bench_page(rig: &Rig, outcome: &Outcome) -> Page {
     page.lead(found(outcome));
     for one in outcome.numbers.iter().take(TILES) {
         let (value, deviation) = one.shown();
-        let unit = one.shown_in.0.replace('1', "");
+        let unit = one.shown_unit();
         page.tile(&one.what, value, unit, format!("± {deviation}"));
     }
     if let Some((first, others)) = outcome.pictures.split_first() {
@@ -57,7 +57,7 @@ pub fn bench_page(rig: &Rig, outcome: &Outcome) -> Page {
 fn found(outcome: &Outcome) -> String {
     let said = outcome.numbers.iter().take(SAID).map(|one| {
         let (value, deviation) = one.shown();
-        let unit = one.shown_in.0.replace('1', "");
+        let unit = one.shown_unit();
         format!("{}: {value} ± {deviation} {unit}", one.what)
             .trim_end()
             .to_owned()
@@ -119,7 +119,7 @@ fn numbers(rig: &Rig, outcome: &Outcome) -> Table {
             Cell::from(key),
             Cell::from(value.as_str()),
             Cell::from(deviation.as_str()),
-            Cell::from(one.shown_in.0.replace('1', "").as_str()),
+            Cell::from(one.shown_unit()),
             Cell::from(was.unwrap_or_default().as_str()),
         ]);
     }

@@ -110,7 +110,7 @@ fn experiments(section: &mut Section, procedure: &Procedure) {
                 Cell::from(truth(step, &one.key).map_or(String::new(), |true_value| {
                     number::significant(true_value * one.shown_in.1, 4)
                 })),
-                Cell::from(one.shown_in.0.replace('1', "")),
+                Cell::from(one.shown_unit()),
             ]);
         }
     }

@@ -118,7 +118,8 @@ fn response(amplitude_v: f64, hertz: f64) -> Option<(f64, f64, f64)> {
         .iter()
         .map(|time| 5.0 + amplitude_v * (TAU * hertz * time).sin())
         .collect();
-    // The mean over a row belongs to its middle: half a step is taken off again.
+    // The mean over a row belongs to its middle, and a held command is late by as much: read at the
+    // row both cancel.
     let spool: Vec<f64> = command
         .iter()
         .map(|one| path.step(&mut state, *one))
