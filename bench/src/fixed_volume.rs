@@ -90,15 +90,27 @@ impl Vessel {
         start: Content,
         (heat_transfer, fills): (f64, bool),
     ) -> Vec<Content> {
+        self.contents_over(time_s, pressure_pa, start, (&|_| heat_transfer, fills))
+    }
+
+    /// The same with a heat transfer that changes with the time since the first row, s.
+    pub fn contents_over(
+        &self,
+        time_s: &[f64],
+        pressure_pa: &[f64],
+        start: Content,
+        (heat_transfer, fills): (&dyn Fn(f64) -> f64, bool),
+    ) -> Vec<Content> {
         let mut all = vec![start];
         let mut mass_kg = start.mass_kg;
         for row in 1..time_s.len() {
             let dt_s = time_s[row] - time_s[row - 1];
             let from = (mass_kg, pressure_pa[row - 1]);
             let rise_pa = pressure_pa[row] - pressure_pa[row - 1];
-            let first = self.gain_kg(from, rise_pa, dt_s, (heat_transfer, fills));
+            let at = |row: usize| (heat_transfer(time_s[row] - time_s[0]), fills);
+            let first = self.gain_kg(from, rise_pa, dt_s, at(row - 1));
             let to = (mass_kg + first, pressure_pa[row]);
-            let second = self.gain_kg(to, rise_pa, dt_s, (heat_transfer, fills));
+            let second = self.gain_kg(to, rise_pa, dt_s, at(row));
             mass_kg += 0.5 * (first + second);
             all.push(Content {
                 mass_kg,

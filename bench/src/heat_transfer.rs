@@ -10,7 +10,8 @@
 //!
 //! The recorded pressure from the begin to the stop says the same mass by the energy balance
 //! ([`crate::fixed_volume`]), if the heat transfer is right. It is the one number by which both
-//! masses agree in all runs; no flow law is asked.
+//! masses agree in all runs; no flow law is asked. Runs of several lengths say besides whether it
+//! changes while the gas flows: a straight line over the time since the opening.
 
 use std::ops::Range;
 
@@ -48,6 +49,8 @@ const LEAK_ERROR: f64 = 0.3;
 const SHUT_SHARE: f64 = 0.01;
 /// A chamber of which more than this is dead volume has a surface that the cylinder does not say.
 const MOST_DEAD_SHARE: f64 = 0.5;
+/// Heat transfer changes over time beyond so many deviations of the change.
+const CHANGES: f64 = 3.0;
 /// The heat transfer that is sought, W/(m2 K).
 const RANGE: (f64, f64) = (0.0, 5000.0);
 
@@ -98,7 +101,12 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<Outcome, String> {
         }
         let (value, deviation) = heat_transfer(&of_kind)?.at(0);
         numbers.push(Number::of_key(key, value, deviation));
-        found[usize::from(!fills)] = Some(value);
+        let over_time = Course::of(&of_kind);
+        notes.extend(over_time.map(|course| course.sentence(fills)));
+        found[usize::from(!fills)] = Some(Found {
+            constant: value,
+            over_time,
+        });
     }
     numbers.extend(at_rest(&runs));
     notes.extend(what_is_missing(found));
@@ -322,9 +330,10 @@ fn is_mostly_dead(rig: &Rig, side: Side, position_m: f64) -> bool {
 }
 
 impl Run {
-    fn contents(&self, heat_transfer: f64) -> Vec<Content> {
+    /// With a heat transfer over the time since the opening.
+    fn contents(&self, heat_transfer: &dyn Fn(f64) -> f64) -> Vec<Content> {
         let start = self.vessel.settled(self.pressure_pa[0]);
-        self.vessel.contents(
+        self.vessel.contents_over(
             &self.time_s,
             &self.pressure_pa,
             start,
@@ -333,7 +342,7 @@ impl Run {
     }
 
     /// What the pressure settles at by the balance, Pa.
-    fn predicted_pa(&self, heat_transfer: f64) -> f64 {
+    fn predicted_pa(&self, heat_transfer: &dyn Fn(f64) -> f64) -> f64 {
         let contents = self.contents(heat_transfer);
         self.vessel
             .settled_pa(contents.last().map_or(f64::NAN, |end| end.mass_kg))
@@ -384,16 +393,80 @@ impl Run {
     }
 }
 
+/// What was found of one kind of runs.
+#[derive(Clone, Copy)]
+struct Found {
+    /// One number for all of them, W/(m2 K).
+    constant: f64,
+    over_time: Option<Course>,
+}
+
+/// Heat transfer over the time since the opening: a straight line between both ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Course {
+    /// At the opening and at the last stop, W/(m2 K), each with its deviation.
+    ends: [(f64, f64); 2],
+    until_s: f64,
+    /// The change over its own deviation.
+    significance: f64,
+}
+
+impl Course {
+    /// None if the runs do not determine it.
+    fn of(runs: &[&Run]) -> Option<Self> {
+        let until_s = runs.iter().map(|one| one.open_s()).fold(0.0, f64::max);
+        let line = |ends: &[f64], time_s: f64| ends[0] + (ends[1] - ends[0]) * time_s / until_s;
+        let residuals = |ends: &[f64]| residuals(runs, &|time_s| line(ends, time_s));
+        let end = Parameter::new(50.0).bounded(RANGE.0, RANGE.1);
+        let solved = fitted(&[end, end], &residuals).ok()?;
+        let change = solved.values[1] - solved.values[0];
+        let ends = [solved.at(0), solved.at(1)];
+        let is_determined = ends.iter().all(|(value, deviation)| deviation < value);
+        is_determined.then(|| Self {
+            ends,
+            until_s,
+            significance: change.abs() / solved.deviation_of_difference(0, 1),
+        })
+    }
+
+    fn at(&self, time_s: f64) -> f64 {
+        let [(from, _), (to, _)] = self.ends;
+        from + (to - from) * time_s / self.until_s
+    }
+
+    fn sentence(&self, fills: bool) -> String {
+        let name = way(fills);
+        let [from, to] = self
+            .ends
+            .map(|(value, deviation)| format!("{value:.0} ± {deviation:.0}"));
+        let until_s = self.until_s;
+        if self.significance > CHANGES {
+            format!(
+                "heat transfer while {name} changes: {from} W/(m2 K) at the opening, {to} after {until_s:.2} s. The model has \
+                 one number; the one given here is that of all runs together"
+            )
+        } else {
+            format!(
+                "heat transfer while {name} is the same all the time as far as these runs show: {from} W/(m2 K) at the \
+                 opening, {to} after {until_s:.2} s"
+            )
+        }
+    }
+}
+
+fn way(fills: bool) -> &'static str {
+    if fills { "charging" } else { "discharging" }
+}
+
 fn heat_transfer(runs: &[&Run]) -> Result<Solved, String> {
-    let residuals = |numbers: &[f64]| -> Vec<f64> {
-        runs.iter()
-            .map(|one| {
-                (one.predicted_pa(numbers[0]) - one.settled.pressure_pa) / one.deviation_pa()
-            })
-            .collect()
-    };
     let start = Parameter::new(50.0).bounded(RANGE.0, RANGE.1);
-    fitted(&[start], &residuals)
+    fitted(&[start], &|numbers| residuals(runs, &|_| numbers[0]))
+}
+
+fn residuals(runs: &[&Run], heat_transfer: &dyn Fn(f64) -> f64) -> Vec<f64> {
+    let off_pa = |one: &&Run| one.predicted_pa(heat_transfer) - one.settled.pressure_pa;
+    let in_deviations = |one: &&Run| off_pa(one) / one.deviation_pa();
+    runs.iter().map(in_deviations).collect()
 }
 
 /// With the valve shut the settling itself says the heat transfer of gas at rest.
@@ -427,10 +500,10 @@ fn at_rest(runs: &[Run]) -> Option<Number> {
     })
 }
 
-fn what_is_missing(found: [Option<f64>; 2]) -> Option<String> {
+fn what_is_missing(found: [Option<Found>; 2]) -> Option<String> {
     let missing = match found {
-        [None, _] => "charging",
-        [_, None] => "discharging",
+        [None, _] => way(true),
+        [_, None] => way(false),
         _ => return None,
     };
     Some(format!(
@@ -438,7 +511,7 @@ fn what_is_missing(found: [Option<f64>; 2]) -> Option<String> {
     ))
 }
 
-fn pictures(rig: &Rig, runs: &[Run], found: [Option<f64>; 2]) -> Vec<Picture> {
+fn pictures(rig: &Rig, runs: &[Run], found: [Option<Found>; 2]) -> Vec<Picture> {
     let values = Values::<f64>::of(rig);
     let stated = [
         "chambers.heat_transfer_charging_W_m2K",
@@ -451,15 +524,14 @@ fn pictures(rig: &Rig, runs: &[Run], found: [Option<f64>; 2]) -> Vec<Picture> {
         ("temperature", "K"),
     );
     let mut coefficients = Picture::new(
-        "Heat transfer of each run",
+        "Heat transfer",
         ("time since opening", "s"),
         ("heat transfer", "W/(m² K)"),
     );
-    for (place, name) in ["charging", "discharging"].iter().enumerate() {
-        let of_kind: Vec<&Run> = runs
-            .iter()
-            .filter(|one| one.fills == (place == 0))
-            .collect();
+    for (place, stated) in stated.into_iter().enumerate() {
+        let (fills, kind) = (place == 0, [Kind::Points, Kind::OtherPoints][place]);
+        let name = way(fills);
+        let of_kind: Vec<&Run> = runs.iter().filter(|one| one.fills == fills).collect();
         let Some(longest) = of_kind
             .iter()
             .max_by(|a, b| a.open_s().total_cmp(&b.open_s()))
@@ -469,14 +541,17 @@ fn pictures(rig: &Rig, runs: &[Run], found: [Option<f64>; 2]) -> Vec<Picture> {
         let points = of_kind
             .iter()
             .map(|one| (one.open_s(), one.temperature_k().0));
-        let kind = [Kind::Points, Kind::OtherPoints][place];
         temperatures = temperatures.with(format!("{name}, stopped"), kind, points.collect());
         for (name, value, kind) in [
-            (format!("{name}, energy balance"), found[place], Kind::Law),
-            (format!("{name}, rig file"), stated[place], Kind::Given),
+            (
+                format!("{name}, energy balance"),
+                found[place].map(|one| one.constant),
+                Kind::Law,
+            ),
+            (format!("{name}, rig file"), stated, Kind::Given),
         ] {
             if let Some(value) = value {
-                let curve = longest.time_s.iter().zip(longest.contents(value));
+                let curve = longest.time_s.iter().zip(longest.contents(&|_| value));
                 let curve = curve.map(|(time, one)| (time - longest.time_s[0], one.temperature_k));
                 temperatures = temperatures.with(name, kind, curve.collect());
             }
@@ -485,10 +560,16 @@ fn pictures(rig: &Rig, runs: &[Run], found: [Option<f64>; 2]) -> Vec<Picture> {
             let solved = heat_transfer(&[one]).ok()?;
             Some((one.open_s(), solved.values[0]))
         });
-        coefficients = coefficients.with(*name, kind, each.collect());
-        if let Some(value) = found[place] {
-            let ends = vec![(0.0, value), (longest.open_s(), value)];
-            coefficients = coefficients.with(format!("{name}, all runs"), Kind::Law, ends);
+        coefficients = coefficients.with(format!("{name}, mean of each run"), kind, each.collect());
+        if let Some(found) = found[place] {
+            let until_s = longest.open_s();
+            let all = vec![(0.0, found.constant), (until_s, found.constant)];
+            coefficients = coefficients.with(format!("{name}, one for all"), Kind::Law, all);
+            if let Some(course) = found.over_time {
+                let line = [0.0, until_s].map(|time_s| (time_s, course.at(time_s)));
+                let name = format!("{name}, over time");
+                coefficients = coefficients.with(name, Kind::Given, line.to_vec());
+            }
         }
     }
     vec![temperatures, coefficients]

@@ -9,15 +9,13 @@
 //! without such flows C follows from the area by the b of the law, and b and m are not known.
 
 use grey_box::fit::Parameter;
-use grey_box::units::ANR_DENSITY_KG_M3;
+use grey_box::units::{ANR_DENSITY_KG_M3, ANR_TEMPERATURE_K};
 use model_core::valve::FlowLaw;
 
 use crate::flow_point::FlowPoint;
 use crate::least_squares::fitted;
 use crate::outcome::Number;
 
-/// Temperature of the ANR reference (ISO 8778), K.
-const ANR_TEMPERATURE_K: f64 = 293.15;
 /// Points from which three numbers are fitted.
 pub(crate) const LEAST_POINTS: usize = 5;
 /// Litres per minute in a cubic metre per second.

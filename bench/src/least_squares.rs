@@ -40,9 +40,18 @@ impl Solved {
 
     /// The deviation of the sum of two parameters.
     pub fn deviation_of_sum(&self, one: usize, other: usize) -> f64 {
+        self.deviation_together(one, other, 1.0)
+    }
+
+    /// The deviation of the difference of two parameters.
+    pub fn deviation_of_difference(&self, one: usize, other: usize) -> f64 {
+        self.deviation_together(one, other, -1.0)
+    }
+
+    fn deviation_together(&self, one: usize, other: usize, sign: f64) -> f64 {
         let covariance = &self.covariance;
-        let variance =
-            covariance[(one, one)] + covariance[(other, other)] + 2.0 * covariance[(one, other)];
+        let own = covariance[(one, one)] + covariance[(other, other)];
+        let variance = own + 2.0 * sign * covariance[(one, other)];
         variance.max(0.0).sqrt()
     }
 

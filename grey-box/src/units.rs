@@ -17,6 +17,8 @@ use crate::text::{expected_one_of, one_line};
 
 /// Density of air at the ANR reference, ISO 8778.
 pub const ANR_DENSITY_KG_M3: f64 = 1.185;
+/// Temperature of the ANR reference, ISO 8778.
+pub const ANR_TEMPERATURE_K: f64 = 293.15;
 /// Standard gravity, exact by definition (CGPM 1901).
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 /// International inch, exact by definition.

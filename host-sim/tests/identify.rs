@@ -86,6 +86,24 @@ fn val_a_friction_bench_gives_rig_page_and_json() {
     assert!(page.contains("Friction over the speed") && page.contains("sliding-3bar.csv"));
 }
 
+/// The paper's friction bench: ports open, force recorded. The open ports are no fault of the gauges.
+#[test]
+fn val_open_ports_of_a_force_bench_are_no_fault() {
+    let (folder, recordings) = bench(Experiment::Friction, 42);
+    let output = Command::new(env!("CARGO_BIN_EXE_pneuma"))
+        .args(["inspect", "--rig"])
+        .arg(folder.join("rig.toml"))
+        .args(&recordings)
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(!text.contains("FAULT"), "{text}");
+    assert!(
+        text.contains("p_a stays at 1.013 bar absolute") && text.contains("the port is open"),
+        "{text}"
+    );
+}
+
 /// A flow test's table replaces the flow of a data sheet.
 #[test]
 fn val_a_flow_bench_puts_its_areas_into_the_rig() {

@@ -84,7 +84,8 @@ pub(super) fn faults(
             runs: runs(values),
         };
         match gauges::open_chamber(rig, recording, report, values) {
-            Some(open) => faults.push(open),
+            Some(gauges::OpenChamber::Fault(open)) => faults.push(open),
+            Some(gauges::OpenChamber::Bench(_)) => {}
             None => faults.extend(channel.faults(excitation, rate_hz)),
         }
     }

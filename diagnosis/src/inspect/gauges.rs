@@ -178,12 +178,20 @@ fn corrections(rig: &Rig, read_pa: f64) -> Vec<(String, f64)> {
 }
 
 /// A closed chamber whose pressure stays at that of the surroundings while its volume changes.
+pub(super) enum OpenChamber {
+    /// The laws of closed chambers are not to be had from it.
+    Fault(Fault),
+    /// A force bench is run with open ports: the force is what is measured.
+    Bench(String),
+}
+
+/// None if the chamber holds gas, or the recording does not say.
 pub(super) fn open_chamber(
     rig: &Rig,
     recording: &Recording,
     report: &SignalReport,
     values: &[f64],
-) -> Option<Fault> {
+) -> Option<OpenChamber> {
     let is_closed = rig.valve.is_none() && rig.vessel.is_none();
     if !is_closed || !matches!(report.name.as_str(), "p_a" | "p_b") {
         return None;
@@ -195,14 +203,28 @@ pub(super) fn open_chamber(
     let is_open = share > VOLUME_CHANGE
         && span_pa < ANSWERED * share * median_pa
         && (median_pa - ambient_pa).abs() < NEAR_AMBIENT * ambient_pa;
-    is_open.then(|| {
-        let said = format!(
-            "stays at {:.3} bar absolute, the pressure of the surroundings, while the volume changes by {:.0} %: \
-             the chamber does not hold gas (it is open to the surroundings)",
-            median_pa / BAR_PA,
-            100.0 * share
-        );
-        at_odds_as(FaultKind::Inconsistent, recording, &report.name, &said)
+    if !is_open {
+        return None;
+    }
+    let said = format!(
+        "stays at {:.3} bar absolute, the pressure of the surroundings, while the volume changes by {:.0} %",
+        median_pa / BAR_PA,
+        100.0 * share
+    );
+    Some(if recording.signal("force").is_some() {
+        let name = &report.name;
+        OpenChamber::Bench(format!(
+            "{name} {said}: the port is open, as on a bench for friction; nothing is learnt of this chamber's gas"
+        ))
+    } else {
+        let said =
+            format!("{said}: the chamber does not hold gas (it is open to the surroundings)");
+        OpenChamber::Fault(at_odds_as(
+            FaultKind::Inconsistent,
+            recording,
+            &report.name,
+            &said,
+        ))
     })
 }
 

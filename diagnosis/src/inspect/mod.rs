@@ -153,6 +153,7 @@ pub fn inspect(rig: &Rig, recording: &Recording) -> Inspection {
     if let gauges::Supply::SetOtherwise(note) = gauges::supply(rig, recording) {
         notes.push(note);
     }
+    notes.extend(open_ports(rig, recording, &signals));
     Inspection {
         recording: recording.name.clone(),
         rows: recording.len(),
@@ -256,6 +257,18 @@ fn signal_report(rig: &Rig, recording: &Recording, name: &str, values: &[f64]) -
 fn si_unit(rig: &Rig, name: &str) -> &'static str {
     let recorded = rig.signals.get(name).map(|signal| signal.unit.dimension());
     crate::rig::signal_dimension(name, recorded).map_or("?", |dimension| dimension.si_unit())
+}
+
+/// Ports that are open on purpose.
+fn open_ports(rig: &Rig, recording: &Recording, signals: &[SignalReport]) -> Vec<String> {
+    let open = |report: &SignalReport| {
+        let values = recording.signal(&report.name)?;
+        match gauges::open_chamber(rig, recording, report, values)? {
+            gauges::OpenChamber::Bench(said) => Some(said),
+            gauges::OpenChamber::Fault(_) => None,
+        }
+    };
+    signals.iter().filter_map(open).collect()
 }
 
 fn notes(recording: &Recording, signals: &[SignalReport]) -> Vec<String> {

@@ -28,12 +28,10 @@ use model_core::valve::{FlowLaw, GasState};
 use super::Rig;
 use super::facts::{Facts, Limits, RATIO, facts, limits, positive};
 use super::valve_table::ValveTable;
-use crate::units::ANR_DENSITY_KG_M3;
+use crate::units::{ANR_DENSITY_KG_M3, ANR_TEMPERATURE_K};
 
 /// The ratio that a stated flow gives as b.
 pub(super) const CRITICAL_RATIO: &str = "valve.critical_pressure_ratio";
-/// Temperature of the ANR reference (ISO 8778), K.
-const ANR_TEMPERATURE_K: f64 = 293.15;
 /// Atmosphere to which the 6 and 5 bar gauge of a nominal flow add, Pa.
 const NOMINAL_ATMOSPHERE_PA: f64 = 101_325.0;
 /// The two pressures of a nominal flow, Pa gauge.

@@ -226,12 +226,11 @@ fn areas(valve: &Valve<f64>) -> Figure {
 
 fn discharge(valve: &Valve<f64>) -> Figure {
     let ratios = || (0..=200).map(|place| f64::from(place) / 200.0);
-    let cd = |r: f64| 0.8153 + 0.0933 * r - 0.1038 * r * r;
     let coefficient = Picture::new("Discharge coefficient", ("pressure ratio", ""), ("Cd", ""))
         .with(
             "Cd(r) of the paper",
             Kind::Law,
-            ratios().map(|r| (r, cd(r))).collect(),
+            ratios().map(|r| (r, valve.law.discharge(r))).collect(),
         );
     let mut flow = Picture::new(
         "Flow at 6 bar before the valve",

@@ -122,30 +122,32 @@ impl<R: Real> FlowLaw<R> {
         )
     }
 
+    /// Discharge coefficient (2) at a pressure ratio.
+    #[inline]
+    pub fn discharge(&self, ratio: R) -> R {
+        let [constant, quadratic] = [DISCHARGE, DISCHARGE_CURVATURE].map(R::from_f64);
+        constant + ratio * (self.discharge_slope + ratio * quadratic)
+    }
+
     /// The discharge coefficient at the pressure ratio where it is largest.
     pub fn most_discharge(&self) -> R {
-        let [constant, quadratic] = [DISCHARGE, DISCHARGE_CURVATURE].map(R::from_f64);
-        let ratio = (-self.discharge_slope / (quadratic + quadratic))
-            .max(R::ZERO)
-            .min(R::ONE);
-        constant + ratio * (self.discharge_slope + ratio * quadratic)
+        let quadratic = R::from_f64(DISCHARGE_CURVATURE);
+        let ratio = -self.discharge_slope / (quadratic + quadratic);
+        self.discharge(ratio.max(R::ZERO).min(R::ONE))
     }
 
     /// Cd where the flow chokes, at r = b.
     pub fn choked_discharge(&self) -> R {
-        let [constant, quadratic] = [DISCHARGE, DISCHARGE_CURVATURE].map(R::from_f64);
-        let ratio = self.critical_pressure_ratio;
-        constant + ratio * (self.discharge_slope + ratio * quadratic)
+        self.discharge(self.critical_pressure_ratio)
     }
 
     /// Cd(r) psi(r) / sqrt(T) and its derivative by r.
     #[inline]
     fn shape(&self, ratio: R, upstream_k: R) -> (R, R) {
         let (psi, psi_slope) = self.psi(ratio, upstream_k);
-        let [constant, quadratic] = [DISCHARGE, DISCHARGE_CURVATURE].map(R::from_f64);
-        let linear = self.discharge_slope;
-        let discharge = constant + ratio * (linear + ratio * quadratic);
-        let discharge_slope = linear + (quadratic + quadratic) * ratio;
+        let discharge = self.discharge(ratio);
+        let quadratic = R::from_f64(DISCHARGE_CURVATURE);
+        let discharge_slope = self.discharge_slope + (quadratic + quadratic) * ratio;
         (
             discharge * psi,
             discharge_slope * psi + discharge * psi_slope,
