@@ -556,21 +556,33 @@ fn pictures(rig: &Rig, runs: &[Run], found: [Option<Found>; 2]) -> Vec<Picture> 
                 temperatures = temperatures.with(name, kind, curve.collect());
             }
         }
-        let each = of_kind.iter().filter_map(|one| {
-            let solved = heat_transfer(&[one]).ok()?;
-            Some((one.open_s(), solved.values[0]))
-        });
-        coefficients = coefficients.with(format!("{name}, mean of each run"), kind, each.collect());
-        if let Some(found) = found[place] {
-            let until_s = longest.open_s();
-            let all = vec![(0.0, found.constant), (until_s, found.constant)];
-            coefficients = coefficients.with(format!("{name}, one for all"), Kind::Law, all);
-            if let Some(course) = found.over_time {
-                let line = [0.0, until_s].map(|time_s| (time_s, course.at(time_s)));
-                let name = format!("{name}, over time");
-                coefficients = coefficients.with(name, Kind::Given, line.to_vec());
-            }
-        }
+        coefficients = with_coefficients(coefficients, (&of_kind, kind), found[place]);
     }
     vec![temperatures, coefficients]
+}
+
+/// The picture with each run's own heat transfer, that of all, and its course over time.
+fn with_coefficients(
+    picture: Picture,
+    (runs, kind): (&[&Run], Kind),
+    found: Option<Found>,
+) -> Picture {
+    let name = way(runs.first().is_some_and(|one| one.fills));
+    let each = runs.iter().filter_map(|one| {
+        let solved = heat_transfer(&[one]).ok()?;
+        Some((one.open_s(), solved.values[0]))
+    });
+    let picture = picture.with(format!("{name}, mean of each run"), kind, each.collect());
+    let Some(found) = found else {
+        return picture;
+    };
+    let until_s = runs.iter().map(|one| one.open_s()).fold(0.0, f64::max);
+    let line = |of: &dyn Fn(f64) -> f64| [0.0, until_s].map(|time_s| (time_s, of(time_s))).to_vec();
+    let all = line(&|_| found.constant);
+    let picture = picture.with(format!("{name}, one for all"), Kind::Law, all);
+    let Some(course) = found.over_time else {
+        return picture;
+    };
+    let over_time = line(&|time_s| course.at(time_s));
+    picture.with(format!("{name}, over time"), Kind::Given, over_time)
 }
