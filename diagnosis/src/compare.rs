@@ -3,10 +3,10 @@
 
 use serde::Serialize;
 
-use crate::diagnose::fitted::Bench;
-use crate::diagnose::locate::{Located, locate};
+use crate::estimate::fitted::Bench;
 use crate::identify::{OwnUnit, Residuals, own_unit, prediction, residuals_as_given, rms};
 use crate::laws::{Law, Track};
+use crate::locate::{Located, locate};
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
 use crate::text::{Columns, plain};

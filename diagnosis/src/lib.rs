@@ -5,15 +5,24 @@
 //!
 //! It knows rigs, recordings and laws (`grey_box`), and neither files of results nor a simulated
 //! axis: what an experiment would record is asked of a bank
-//! ([`diagnose::next_experiment::Bank`]).
+//! ([`search::next_experiment::Bank`]).
 
 pub mod compare;
 pub mod diagnose;
+#[cfg(test)]
+mod drawn;
+pub mod estimate;
+pub mod finding;
 mod golden_section;
 pub mod identify;
 pub mod imprecise;
 pub mod inspect;
+pub mod locate;
+pub mod search;
+pub mod unlisted;
 pub mod valve_flow;
+pub mod verdict;
+pub mod words;
 
 use grey_box::{
     effects, fit, gauge, laws, model, random, recording, recording_set, rig, signals, text,

@@ -4,7 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
 use diagnosis::diagnose::diagnose;
-use diagnosis::diagnose::verdict::{Kind as Verdict, Verdict as Said};
+use diagnosis::verdict::{Kind as Verdict, Verdict as Said};
 use host_sim::trial::refit::Seen;
 use std::convert::Infallible;
 use truth_plant::{Case, Kind, Request, Strength};

@@ -2,7 +2,7 @@
 //! with the model: named, sized, and its spans found, also on held-out recordings.
 
 use diagnosis::diagnose::diagnose;
-use diagnosis::diagnose::verdict::Kind as Verdict;
+use diagnosis::verdict::Kind as Verdict;
 use host_sim::trial::refit::Seen;
 use truth_plant::{Case, Kind, Request, Strength};
 
@@ -46,6 +46,6 @@ fn val_an_effect_that_is_there_for_a_fifth_of_the_time_is_named() {
         let is_right = !spans_s.is_empty() && spans_s.iter().all(is_inside);
         assert!(is_right, "{}: {spans_s:?} s", recording.name);
     }
-    let rms = |figures: &diagnosis::diagnose::verdict::FitFigures| figures.free_run_held_out["x"];
+    let rms = |figures: &diagnosis::verdict::FitFigures| figures.free_run_held_out["x"];
     assert!(rms(&verdict.fit.improved) < 0.5 * rms(&verdict.fit.refitted));
 }

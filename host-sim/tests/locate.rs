@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnosis::diagnose::locate::{Located, locate};
+use diagnosis::locate::{Located, locate};
 use host_sim::laws::{Law, Track};
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;

@@ -3,9 +3,10 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
-use diagnosis::diagnose::fitted::Bench;
-use diagnosis::diagnose::next_experiment::{self, NextExperiment};
-use diagnosis::diagnose::{candidates, search};
+use diagnosis::estimate::candidates;
+use diagnosis::estimate::fitted::Bench;
+use diagnosis::search;
+use diagnosis::search::next_experiment::{self, NextExperiment};
 use host_sim::laws::{Law, Track};
 use host_sim::rehearsal::Rehearsals;
 use host_sim::trial::refit::Seen;

@@ -10,8 +10,8 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
-use diagnosis::diagnose::verdict::{Kind, Verdict};
 use diagnosis::diagnose::{Diagnosis, diagnose};
+use diagnosis::verdict::{Kind, Verdict};
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
 use std::convert::Infallible;

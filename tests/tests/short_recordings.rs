@@ -8,7 +8,7 @@
 use std::convert::Infallible;
 
 use diagnosis::diagnose::diagnose;
-use diagnosis::diagnose::verdict::Verdict;
+use diagnosis::verdict::Verdict;
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;
 

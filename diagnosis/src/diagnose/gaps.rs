@@ -17,7 +17,7 @@ const STEPS: f64 = 5.0;
 const SHORTEST_PART_S: f64 = 0.5;
 
 /// The recordings in parts between gaps, and what is to be said of that.
-pub(super) fn parted(rig: &Rig, recordings: Vec<Recording>) -> (Vec<Recording>, Vec<String>) {
+pub(crate) fn parted(rig: &Rig, recordings: Vec<Recording>) -> (Vec<Recording>, Vec<String>) {
     if rig.valve.is_none() {
         return (recordings, Vec::new());
     }
@@ -79,7 +79,7 @@ fn rows_between_gaps(time_s: &[f64]) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::drawn;
+    use crate::drawn;
     use truth_plant::{Kind, Request};
 
     fn without(recording: &Recording, hole: Range<usize>) -> Recording {

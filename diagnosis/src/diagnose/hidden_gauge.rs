@@ -6,14 +6,14 @@
 //! named alone would be more than is known. A force that is there for a part of the time may be a
 //! gauge that was off for as long, if that leapt by less than is told from noise.
 
-use super::candidates::Candidate;
-use super::leaps::{OFFSET, least_leap_pa};
-use super::search::{Evidence, share_among};
-use super::sensor_noise;
-use super::{LawDiagnosis, assemble};
+use crate::estimate::candidates::Candidate;
+use crate::estimate::leaps::{OFFSET, least_leap_pa};
+use crate::estimate::sensor_noise;
+use crate::finding::Finding;
 use crate::laws::Law;
 use crate::model::Side;
 use crate::rig::Rig;
+use crate::search::{Evidence, share_among};
 
 /// The force that a gauge may be.
 const FORCE: &str = "constant-force";
@@ -23,11 +23,10 @@ type Gauge = (Candidate, Option<f64>);
 
 /// Puts the gauges that the chambers could not have shown to be off beside a constant force
 /// that is named in the carriage's law.
-pub(super) fn put_beside_force(rig: &Rig, laws: &mut [LawDiagnosis]) {
+pub(crate) fn put_beside_force(rig: &Rig, laws: &mut [Finding]) {
     let chambers = laws.iter().find(|law| law.law == Law::Chambers);
     let [always, for_a_while] = chambers.map_or_else(Default::default, |law| {
-        let for_a_while =
-            (!assemble::has_named(law)).then(|| off_for_a_while(rig, &law.candidates));
+        let for_a_while = (!law.has_named()).then(|| off_for_a_while(rig, &law.candidates));
         [always_off(law), for_a_while.unwrap_or_default()]
     });
     for law in laws {
@@ -53,7 +52,7 @@ pub(super) fn put_beside_force(rig: &Rig, laws: &mut [LawDiagnosis]) {
 }
 
 /// The gauges that may be off all the time, where the chambers' law has named nothing.
-fn always_off(chambers: &LawDiagnosis) -> Vec<Gauge> {
+fn always_off(chambers: &Finding) -> Vec<Gauge> {
     let limits = chambers.limits.iter();
     let gauges = limits.map(|limit| {
         let sizes = limit.sizes.as_ref();
@@ -80,7 +79,7 @@ fn side_of(gauge: &Candidate) -> Option<Side> {
 }
 
 /// The constant force that is named, what it gains, and its size, N.
-fn named_force(law: &LawDiagnosis) -> Option<(usize, f64, f64)> {
+fn named_force(law: &Finding) -> Option<(usize, f64, f64)> {
     let mut named = law.evidence.iter().filter(|one| one.accepted);
     let force = named.find(|one| law.candidates[one.candidate].effect == FORCE)?;
     let free = law.candidates[force.candidate].free.first()?;
@@ -103,9 +102,9 @@ fn hidden(rig: &Rig, gauges: &[Gauge], force_n: f64) -> Vec<Candidate> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::candidates::candidates;
-    use super::super::drawn;
     use super::*;
+    use crate::drawn;
+    use crate::estimate::candidates::candidates;
     use crate::laws::Track;
     use truth_plant::{Kind, Request};
 

@@ -12,14 +12,15 @@
 //! finds a valve that is late and a position that is early by the same time, the gauges are late:
 //! one cause, and none of the axis.
 
-use super::fitted::{Bench, Fitted, STEPS_FROM_GIVEN};
-use super::{LawDiagnosis, search};
 use crate::effects::flow::valve_delay;
 use crate::effects::sensing::position_time_skew;
+use crate::estimate::fitted::{Bench, Fitted, STEPS_FROM_GIVEN};
+use crate::finding::Finding;
 use crate::inspect::{Fault, whole};
 use crate::laws::{Law, Track};
 use crate::recording::Recording;
 use crate::rig::Rig;
+use crate::search;
 use rayon::prelude::*;
 
 /// A mistake is named where undoing it leaves at most this part of the misfit above the
@@ -42,7 +43,7 @@ const SAME_TIME: f64 = 0.1;
 
 /// Gauges that are late against command and position, as a fault of the first recording, with its
 /// name.
-pub(super) fn late_gauges(laws: &[LawDiagnosis], train: &[Recording]) -> Option<(String, Fault)> {
+pub(crate) fn late_gauges(laws: &[Finding], train: &[Recording]) -> Option<(String, Fault)> {
     let law = laws.iter().find(|law| law.law == Law::Chambers)?;
     let shift_s = |effect: &'static str| {
         law.named().find(|named| *named == effect)?;
@@ -83,7 +84,7 @@ enum Undo {
 
 /// The mistake that reconciles the recordings with the rig, as a fault of the one that it was
 /// tried on, with its name.
-pub(super) fn mistake(rig: &Rig, train: &[Recording]) -> Option<(String, Fault)> {
+pub(crate) fn mistake(rig: &Rig, train: &[Recording]) -> Option<(String, Fault)> {
     let tried = train.iter().min_by_key(|recording| recording.len())?;
     let row_s = crate::laws::median_step_s(&tried.time_s);
     let before = missed(rig, tried).filter(|missed| missed.is_unsound)?;
@@ -282,7 +283,7 @@ fn left_in_brief(rig: &Rig, recording: &Recording, like: &Fitted) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::drawn;
+    use crate::drawn;
     use truth_plant::{Kind, Request, Strength};
 
     const SEED: u64 = 7;

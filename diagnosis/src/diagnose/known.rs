@@ -1,11 +1,11 @@
 //! What the laws diagnosed so far have shown of the sensors: the laws after them, which use the
 //! same signals, must not take that for physics of their own.
 
-use super::candidates::{Candidate, TIMES_OF_SENSORS};
-use super::draws::Doubts;
-use super::proof::Run;
-use super::sheet::Sheet;
-use super::{LawDiagnosis, Model, assemble};
+use crate::estimate::candidates::{Candidate, TIMES_OF_SENSORS};
+use crate::estimate::draws::Doubts;
+use crate::estimate::sheet::Sheet;
+use crate::finding::proof::Run;
+use crate::finding::{self, Finding, Model};
 use crate::fit::Presence;
 use crate::gauge::GAIN_KEYS;
 use crate::laws::{Output, Track, read_pressures_pa};
@@ -19,7 +19,7 @@ use std::borrow::Cow;
 const TIME_KNOWN_TO_S: f64 = 2.5e-4;
 
 /// A rig and its recordings as far as they are understood.
-pub(super) struct Known<'t> {
+pub(crate) struct Known<'t> {
     /// The rig, with what was found of its sensors.
     pub rig: Rig,
     /// The recordings, with what their sensors did for a part of the time taken back.
@@ -43,15 +43,17 @@ impl<'t> Known<'t> {
 
     /// Takes up what a law has shown. Where nothing explains a law, what it shows of sensors
     /// stands in for something else.
-    pub fn learn(&mut self, law: &LawDiagnosis) {
-        let is_explained = !assemble::is_unexplained(law) || is_tabled(law);
+    pub fn learn(&mut self, law: &Finding) {
+        let is_explained = !law.is_unexplained() || is_tabled(law);
         if law.is_open && (may_be_gauges(law) || !is_explained && law.input.is_none()) {
             self.doubts = doubts(law, &self.train);
         }
         if !is_explained {
             return;
         }
-        self.sheet = self.sheet.and(&Sheet::of(&self.rig, law));
+        self.sheet = self
+            .sheet
+            .and(&Sheet::of(&self.rig, &law.candidates, law.for_the_rig()));
         self.rig = with_sensors(&self.rig, law);
         if let Some(mended) = with_pressures_mended(&self.train, law) {
             self.train = Cow::from(mended);
@@ -60,18 +62,18 @@ impl<'t> Known<'t> {
 }
 
 /// Whether a table leaves little of what a law misses.
-fn is_tabled(law: &LawDiagnosis) -> bool {
+fn is_tabled(law: &Finding) -> bool {
     let term = law.term.as_ref();
-    term.is_some_and(|term| assemble::is_enough(term.explained()))
+    term.is_some_and(|term| finding::is_enough(term.explained()))
 }
 
-fn named(law: &LawDiagnosis) -> impl Iterator<Item = &Candidate> {
+fn named(law: &Finding) -> impl Iterator<Item = &Candidate> {
     let set = law.improved.set.iter();
     set.map(|&index| &law.candidates[index])
 }
 
 /// Whether an effect of the gauges is in the model, or would do as well as one that is.
-fn may_be_gauges(law: &LawDiagnosis) -> bool {
+fn may_be_gauges(law: &Finding) -> bool {
     let is_of_pressure = |place: &&str| place.starts_with("sensor.p");
     let rivals = law.rivals.iter().map(|&(_, rival)| &law.candidates[rival]);
     let mut all = named(law).chain(rivals);
@@ -79,7 +81,7 @@ fn may_be_gauges(law: &LawDiagnosis) -> bool {
 }
 
 /// The rig with what a law has shown of the sensors.
-fn with_sensors(rig: &Rig, law: &LawDiagnosis) -> Rig {
+fn with_sensors(rig: &Rig, law: &Finding) -> Rig {
     if law.improved.presence.is_some() {
         return rig.clone();
     }
@@ -112,7 +114,7 @@ fn with_sensors(rig: &Rig, law: &LawDiagnosis) -> Rig {
 
 /// What a law leaves of the pressures: a lag of another form than the library's left 0.4 kPa, and
 /// the 0.3 N of that were a load on a spring to the balance of forces.
-fn doubts(law: &LawDiagnosis, recordings: &[Recording]) -> Vec<Doubts> {
+fn doubts(law: &Finding, recordings: &[Recording]) -> Vec<Doubts> {
     let outputs = law.law.outputs(&law.frozen[Model::Improved as usize].rig);
     let runs = &law.train[Model::Improved as usize];
     let of_recording = |(run, recording): (&Option<Run>, &Recording)| {
@@ -136,14 +138,14 @@ fn doubts(law: &LawDiagnosis, recordings: &[Recording]) -> Vec<Doubts> {
 /// The recordings with the pressures as they are once what a law has shown of their sensors for a
 /// part of the time is taken back: no number of a rig holds that. None where it has shown no
 /// such thing.
-fn with_pressures_mended(recordings: &[Recording], law: &LawDiagnosis) -> Option<Vec<Recording>> {
+fn with_pressures_mended(recordings: &[Recording], law: &Finding) -> Option<Vec<Recording>> {
     mended(recordings, law, law.improved.presence.as_ref()?)
 }
 
 /// The same of the held-out recordings, when the law's frozen model found it in them.
-pub(super) fn with_held_out_pressures_mended(
+pub(crate) fn with_held_out_pressures_mended(
     recordings: &[Recording],
-    law: &LawDiagnosis,
+    law: &Finding,
 ) -> Option<Vec<Recording>> {
     let effect = law.improved.presence.as_ref()?.effect;
     let runs = &law.held_out[Model::Improved as usize];
@@ -155,11 +157,7 @@ pub(super) fn with_held_out_pressures_mended(
     mended(recordings, law, &found)
 }
 
-fn mended(
-    recordings: &[Recording],
-    law: &LawDiagnosis,
-    presence: &Presence,
-) -> Option<Vec<Recording>> {
+fn mended(recordings: &[Recording], law: &Finding, presence: &Presence) -> Option<Vec<Recording>> {
     if !named(law).all(Candidate::is_of_sensors) {
         return None;
     }
@@ -182,7 +180,8 @@ fn mended(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::{diagnose_law, drawn};
+    use crate::diagnose::law::diagnose_law;
+    use crate::drawn;
     use crate::laws::Law;
     use truth_plant::{Kind, Request, Strength};
 

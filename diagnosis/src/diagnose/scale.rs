@@ -1,6 +1,6 @@
 //! A scale that is off along its way, told by the laws that the position drives.
 //!
-//! A velocity that was computed from the position contradicts nothing ([`super::kinematics`]). But
+//! A velocity that was computed from the position contradicts nothing ([`crate::locate::kinematics`]). But
 //! where the position is off by e(x), the carriage seems to be accelerated by d2e/dt2 more, and the
 //! balance of forces misses
 //!
@@ -15,13 +15,13 @@
 //!
 //! Limits: an error that does not come again is not found, nor what a bump of 40 ms averages out.
 
-use super::fitted::{Bench, Fitted};
-use super::known::Known;
-use super::locate::{self, Located};
-use super::sliding::{self, Row, Sliding};
-use super::wave::{self, Wave};
-use super::{LawDiagnosis, assemble};
+use crate::diagnose::known::Known;
+use crate::estimate::fitted::{Bench, Fitted};
+use crate::estimate::sliding::{self, Row, Sliding};
+use crate::estimate::wave::{self, Wave};
+use crate::finding::{self, Finding};
 use crate::laws::{Law, Output, Track};
+use crate::locate::{self, Located};
 use crate::recording::Recording;
 
 const OUTPUT: Output = Output {
@@ -32,9 +32,9 @@ const OUTPUT: Output = Output {
 
 /// Says that the position is wrong where that explains what the carriage misses, and of the
 /// chambers where it explains more than any other input.
-pub(super) fn blame(known: &Known<'_>, laws: &mut [LawDiagnosis]) {
-    let is_open = |law: &&mut LawDiagnosis| assemble::is_unexplained(law);
-    let mut open: Vec<&mut LawDiagnosis> = laws.iter_mut().filter(is_open).collect();
+pub(crate) fn blame(known: &Known<'_>, laws: &mut [Finding]) {
+    let is_open = |law: &&mut Finding| law.is_unexplained();
+    let mut open: Vec<&mut Finding> = laws.iter_mut().filter(is_open).collect();
     let of = |law: Law| open.iter().position(|one| one.law == law);
     let (carriage, chambers) = (of(Law::Carriage), of(Law::Chambers));
     let Some(carriage) = carriage else { return };
@@ -76,13 +76,13 @@ fn scale_wave(bench: &Bench<'_>, baseline: &Fitted) -> Option<(Wave, f64)> {
 
 /// What the chambers' misfit comes to behind the position without its error: the part of it that
 /// is explained.
-fn behind(wave: &Wave, known: &Known<'_>, chambers: &LawDiagnosis) -> Option<f64> {
+fn behind(wave: &Wave, known: &Known<'_>, chambers: &Finding) -> Option<f64> {
     let mended: Vec<Recording> = known.train.iter().map(|one| mended(wave, one)).collect();
     let tracks: Vec<Track<'_>> = mended.iter().map(Track::new).collect();
     let mut bench = Bench::new(chambers.law, &known.rig, &tracks);
     bench.noise.clone_from(&chambers.noise);
     let refitted = bench.fit(&[], Some(&chambers.baseline))?;
-    Some(assemble::explained(
+    Some(finding::explained(
         &chambers.baseline,
         &refitted,
         &chambers.noise,
@@ -125,8 +125,8 @@ fn located(bench: &Bench<'_>, wave: &Wave, share: f64) -> Located {
 
 #[cfg(test)]
 mod tests {
-    use super::super::drawn;
     use super::*;
+    use crate::drawn;
     use truth_plant::{Kind, Request, Strength};
 
     /// What the balance alone says, without the recorded velocity, of a case.

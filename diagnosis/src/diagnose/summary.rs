@@ -1,9 +1,10 @@
 //! A diagnosis in five lines.
 
-use super::verdict::{FitFigures, Kind, Verdict};
-use super::{Diagnosis, words};
+use super::Diagnosis;
 use crate::laws::Output;
 use crate::signals::{self, Reading};
+use crate::verdict::{FitFigures, Kind, Verdict};
+use crate::words;
 
 const NOTHING_NEEDED: &str = "The finding needs no further data. Recordings at other speeds and pressures would test it further.";
 

@@ -1,10 +1,10 @@
 //! What a model leaves unexplained, signal by signal.
 
-use crate::diagnose::fitted::{Bench, Fitted};
-use crate::diagnose::search::baseline;
+use crate::estimate::fitted::{Bench, Fitted};
 use crate::fit::law_problem::FreeParameter;
 use crate::laws::{Law, Track};
 use crate::rig::Rig;
+use crate::search::baseline;
 use serde::Serialize;
 
 /// Residuals (predicted less recorded) by output, recording and row.

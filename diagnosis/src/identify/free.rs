@@ -3,7 +3,7 @@
 //! A key is taken if a law of the rig answers to it: the laws are run with its
 //! derivative, so that no list of who reads what has to be kept.
 
-use crate::diagnose::candidates::{Candidate, candidates, ordinary, ordinary_parameter};
+use crate::estimate::candidates::{Candidate, candidates, ordinary, ordinary_parameter};
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope};
 use crate::fit::{LeastSquares, NormalEquations, Parameter, RowWeighting};
 use crate::laws::{Law, Track};
@@ -163,7 +163,7 @@ fn add_request(
 /// The size of a force or pressure that candidates are started from: the
 /// spread of what the law predicts.
 fn misfit_scale(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> f64 {
-    let bench = crate::diagnose::fitted::Bench::new(law, rig, tracks);
+    let bench = crate::estimate::fitted::Bench::new(law, rig, tracks);
     bench.spread().first().copied().unwrap_or(1.0)
 }
 

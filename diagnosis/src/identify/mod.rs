@@ -36,7 +36,7 @@ pub use errors::{
 };
 pub use free::{FreeRequest, free_parameters};
 
-use crate::diagnose::fitted::{Bench, correlation_length};
+use crate::estimate::fitted::{Bench, correlation_length};
 use crate::fit::law_problem::{FreeParameter, LawProblem, MOST_ACTIVE, Scope};
 use crate::fit::{
     Fit, LeastSquares, NoiseVariance, NormalEquations, Options, Reason, ResidualSums, RowWeighting,

@@ -3,8 +3,8 @@
 use crate::report::{Chart, Role, Section, Series};
 use crate::rig::Rig;
 use crate::signals::Reading;
-use diagnosis::diagnose::equation::{Equation, Term};
-use diagnosis::diagnose::words::percent;
+use diagnosis::unlisted::equation::{Equation, Term};
+use diagnosis::words::percent;
 
 /// Height of a chart, CSS pixels.
 const HEIGHT_PX: u32 = 190;

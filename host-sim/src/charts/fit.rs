@@ -10,8 +10,8 @@ use crate::laws::Track;
 use crate::report::{Cell, Matrix, Page, Role, Section, Table, number};
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
-use diagnosis::diagnose::words;
 use diagnosis::identify::{BeforeAfter, FittedParameter, LawFit, Residuals, SignalError};
+use diagnosis::words;
 
 /// Significant digits of a parameter.
 const DIGITS: usize = 5;

@@ -4,8 +4,8 @@
 use crate::report::{BarChart, Chart, ChartStack, Role, Section, Series};
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
-use diagnosis::diagnose::locate::{Located, POSITION, VariableShare};
-use diagnosis::diagnose::unknown_term::Shape;
+use diagnosis::locate::{Located, POSITION, VariableShare};
+use diagnosis::unlisted::unknown_term::Shape;
 
 /// Variables drawn openly; the others are in a part that opens.
 const OPEN_VARIABLES: usize = 2;
@@ -148,7 +148,7 @@ fn binned(
     let x = variable_reading(rig, variable);
     let y = Reading::of_quantity(rig, unit);
     let bins = || variable.bins.iter();
-    let at = |bin: &diagnosis::diagnose::locate::Bin| x.value(bin.x);
+    let at = |bin: &diagnosis::locate::Bin| x.value(bin.x);
     let band = bins().map(|bin| {
         let (mean, sd) = (y.difference(bin.mean), y.difference(bin.sd));
         (at(bin), mean - sd, mean + sd)

@@ -21,11 +21,14 @@ use crate::report::{
 };
 use crate::rig::Rig;
 use crate::signals::{self, Reading};
-use diagnosis::diagnose::proof::Run;
-use diagnosis::diagnose::unknown_term::{self, Stand};
-use diagnosis::diagnose::verdict::{Effect, Estimate, Fit, FitFigures, Kind, Verdict, WouldShow};
-use diagnosis::diagnose::{BreakAway, Diagnosis, LawDiagnosis, Model, summary, words};
+use diagnosis::diagnose::Diagnosis;
+use diagnosis::diagnose::summary;
+use diagnosis::finding::proof::Run;
+use diagnosis::finding::{BreakAway, Finding, Model};
 use diagnosis::identify::{Residuals, rms};
+use diagnosis::unlisted::unknown_term::{self, Stand};
+use diagnosis::verdict::{Effect, Estimate, Fit, FitFigures, Kind, Verdict, WouldShow};
+use diagnosis::words;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use std::collections::BTreeMap;
@@ -253,7 +256,7 @@ fn first_plot(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
 }
 
 /// The runs on the recordings that prove, or else on the training ones.
-fn law_runs<'a>(diagnosis: &Diagnosis, law: &'a LawDiagnosis) -> &'a [Vec<Option<Run>>] {
+fn law_runs<'a>(diagnosis: &Diagnosis, law: &'a Finding) -> &'a [Vec<Option<Run>>] {
     if diagnosis.held_out.is_empty() {
         &law.train
     } else {
@@ -356,7 +359,7 @@ fn where_it_sits(section: &mut Section, rig: &Rig, diagnosis: &Diagnosis) {
 }
 
 /// What stands for a law that nobody has named.
-fn unnamed_terms(section: &mut Section, rig: &Rig, law: &LawDiagnosis) {
+fn unnamed_terms(section: &mut Section, rig: &Rig, law: &Finding) {
     if let Some(said) = &law.equation {
         equation(section, rig, said, Standing::Said);
     }
@@ -398,7 +401,7 @@ fn break_aways(events: &[BreakAway]) -> Chart {
 /// what drove the law.
 fn comparison(
     rig: &Rig,
-    law: &LawDiagnosis,
+    law: &Finding,
     residuals: &[Residuals],
     recordings: &[Recording],
     shown: usize,
@@ -431,7 +434,7 @@ fn comparison(
 /// The residuals of every model.
 fn all_residuals(
     rig: &Rig,
-    law: &LawDiagnosis,
+    law: &Finding,
     runs: &[Vec<Option<Run>>],
     recordings: &[Recording],
 ) -> [Residuals; 3] {
@@ -441,7 +444,7 @@ fn all_residuals(
 /// Predicted less recorded, by output, recording and row.
 fn residuals(
     rig: &Rig,
-    law: &LawDiagnosis,
+    law: &Finding,
     runs: &[Option<Run>],
     recordings: &[Recording],
 ) -> Residuals {
@@ -848,7 +851,7 @@ fn parameters(section: &mut Section, rig: &Rig, verdict: &Verdict) {
 
 /// The parameters that the rig file states with an uncertainty.
 fn moved(rig: &Rig, verdict: &Verdict) -> Vec<Moved> {
-    let moved = |(key, parameter): (&String, &diagnosis::diagnose::verdict::Parameter)| {
+    let moved = |(key, parameter): (&String, &diagnosis::verdict::Parameter)| {
         Some(Moved {
             key: key.clone(),
             given: rig.value(key)?,

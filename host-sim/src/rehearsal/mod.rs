@@ -11,7 +11,7 @@ use crate::recording::Recording;
 use crate::rig::Rig;
 use crate::scenario::stroke_range_m;
 use bank::{Excitation, Place, Procedure, SetUp};
-use diagnosis::diagnose::next_experiment::{Bank, Experiment, Recorded};
+use diagnosis::search::next_experiment::{Bank, Experiment, Recorded};
 
 /// The experiments of whole axes.
 pub struct Rehearsals {

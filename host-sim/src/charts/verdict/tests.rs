@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::report::escape;
-use diagnosis::diagnose::verdict::{Located, Ranked, UnknownTerm};
+use diagnosis::verdict::{Located, Ranked, UnknownTerm};
 
 const KINDS: [Kind; 6] = [
     Kind::NothingMissing,
