@@ -3,6 +3,21 @@
 //! valve's areas are ([`valve_flow`]), and what physics is missing
 //! ([`mod@diagnose`]).
 //!
+//! A room stands on those above it only:
+//!
+//! | room | what it answers |
+//! |---|---|
+//! | [`inspect`], [`valve_flow`] | what the recordings say by themselves; the valve's areas without a table |
+//! | [`imprecise`] | how well numbers are known that no rig file states a deviation for |
+//! | [`estimate`] | a law's model fitted to recordings, its noise, what counts as missed |
+//! | [`locate`] | where and when a model parts from the recordings |
+//! | [`search`] | which effects explain that, how sure, from which size on, what to record next |
+//! | [`unlisted`] | what no effect explains, as an input, a table, an equation |
+//! | [`finding`] | what was found of a law, frozen, and what held-out recordings say of it |
+//! | [`verdict`] | all laws' findings as one verdict; its numbers, sentences, notes |
+//! | [`mod@diagnose`] | the stages in their order |
+//! | [`compare`], [`identify`] | the same estimate without a search |
+//!
 //! It knows rigs, recordings and laws (`grey_box`), and neither files of results nor a simulated
 //! axis: what an experiment would record is asked of a bank
 //! ([`search::next_experiment::Bank`]).

@@ -7,13 +7,9 @@ use crate::settings::NULL_V;
 use crate::start::ResetCause;
 use crate::status::{Counters, Program, Status, TickCost};
 use crate::supervisor::Supervisor;
-use crate::tick::{Command, Sample, State};
+use crate::tick::{Command, NotAtRest, Sample, State};
 use model_core::controller::{Action, Controller, ControllerState, Estimate, Measurements};
 use model_core::reference::Reference;
-
-/// Why a controller was not swapped: the axis is not at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotAtRest;
 
 /// By how much more slowly the observer follows the pressures after the first swings: 40 per second
 /// hold the axis about lags of 5 ms to 0.02 mm (docs/settings.md).

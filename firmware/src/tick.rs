@@ -15,6 +15,10 @@ pub struct Sample {
     pub reference: Reference<f32>,
 }
 
+/// Why a controller was not swapped: the axis is not at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotAtRest;
+
 /// State of the controller as the outside sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]

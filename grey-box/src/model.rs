@@ -22,12 +22,12 @@ pub use crate::side::Side;
 use crate::units::STANDARD_GRAVITY_M_S2;
 use model_core::axis::{Axis, CommandPath, Pneumatics};
 use model_core::carriage::Carriage;
+use model_core::carriage::CarriageEffects;
 use model_core::chamber::{Chamber, ChamberGeometry, ThermalModel};
 use model_core::friction::{Bristle, FrictionLevels};
 use model_core::gas::Gas;
 use model_core::left_out::{
-    CarriageEffects, ChamberLeakage, ElasticBuffer, FrictionTerms, LoadCoupling, PistonLeakage,
-    over_knots,
+    ChamberLeakage, ElasticBuffer, FrictionTerms, LoadCoupling, PistonLeakage, over_knots,
 };
 use model_core::paper;
 use model_core::real::Real;

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 
 use firmware::codes::{AdcCodes, DacCode};
-use firmware::control_task::NotAtRest;
 use firmware::frame::{Decoder, Received, encode};
 use firmware::settings::Settings;
 use firmware::settings::record::{LONGEST_RECORD, decode};
 use firmware::settings::slots::Slots;
 use firmware::settings::transfer::Transfer;
 use firmware::telemetry::{Streaming, Tap, read_stream, streaming, tick as tick_payload};
+use firmware::tick::NotAtRest;
 use firmware::tick::{Command, Sample, State};
 use host_sim::board::twin::MemorySlots;
 use host_sim::cli::record::{RecordArguments, run as record};

@@ -3,11 +3,12 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
+use model_core::carriage::CarriageEffects;
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
 use model_core::left_out::{
-    CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, ForceEquation,
-    ForceVariable, LoadCoupling, PositionDependentFriction,
+    DirectionDependentFriction, DwellStiction, ElasticBuffer, ForceEquation, ForceVariable,
+    LoadCoupling, PositionDependentFriction,
 };
 use model_core::paper;
 use model_core::real::{Dual, Real};

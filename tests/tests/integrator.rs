@@ -2,10 +2,11 @@
 //! conserve, where they stay stable, and what `f32` costs.
 
 use model_core::axis::{Axis, AxisInputs, AxisState, PneumaticState, ValveDrive};
+use model_core::carriage::CarriageEffects;
 use model_core::carriage::{Carriage, CarriageState};
 use model_core::chamber::ChamberState;
 use model_core::friction::FrictionLevels;
-use model_core::left_out::{CarriageEffects, ElasticBuffer};
+use model_core::left_out::ElasticBuffer;
 use model_core::paper;
 use model_core::real::Real;
 use model_core::valve::{AreaTable, GasState};

@@ -6,10 +6,11 @@
 use host_sim::model::Values;
 use host_sim::rig::Rig;
 use model_core::axis::{Axis, AxisInputs, AxisState, CommandPath};
+use model_core::carriage::CarriageEffects;
 use model_core::chamber::ThermalModel;
 use model_core::left_out::{
-    CarriageEffects, ChamberLeakage, ElasticBuffer, ForceEquation, FrictionTerms, LoadCoupling,
-    SlewLimit, SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
+    ChamberLeakage, ElasticBuffer, ForceEquation, FrictionTerms, LoadCoupling, SlewLimit,
+    SpoolDynamics, TubeLine, ValveDelay, ValveHysteresis,
 };
 use model_core::paper;
 use model_core::real::{Dual, Real};

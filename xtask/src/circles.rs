@@ -1,4 +1,4 @@
-//! No circle of files: data flow one way, and each file can be read with those below it.
+//! No circle of files, nor of rooms: data flow one way, and each can be read with those below it.
 //!
 //! A file stands on another where a `use` of it names that one's module or something in it. What a
 //! file takes from the module above it (`use super::Name`) is no tie, as a room's own names are there for
@@ -11,20 +11,46 @@ type Module = Vec<String>;
 
 /// The circles among files of one crate, each as its files; `sources` are path below `src` and text.
 pub fn circles(sources: &[(String, String)]) -> Vec<Vec<String>> {
+    among(sources, &|path| path)
+}
+
+/// The circles among the rooms of one crate: folders at the top of its `src`, with what is below
+/// them, and files there.
+pub fn circles_of_rooms(sources: &[(String, String)]) -> Vec<Vec<String>> {
+    let within: Vec<(String, String)> = sources
+        .iter()
+        .filter(|(path, _)| !matches!(path.as_str(), "lib.rs" | "main.rs"))
+        .cloned()
+        .collect();
+    among(&within, &|path| {
+        path.split_once('/').map_or(path, |(room, _)| room)
+    })
+}
+
+/// The circles among groups of files.
+fn among<'f>(
+    sources: &'f [(String, String)],
+    group: &dyn Fn(&'f str) -> &'f str,
+) -> Vec<Vec<String>> {
     let files: BTreeMap<Module, &str> = sources
         .iter()
         .map(|(path, _)| (module_of(path), path.as_str()))
         .collect();
-    let ties: BTreeMap<&str, BTreeSet<&str>> = sources
-        .iter()
-        .map(|(path, text)| (path.as_str(), stands_on(path, text, &files)))
-        .collect();
+    let mut ties: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    let is_of_tests = |path: &str| path.ends_with("tests.rs");
+    for (path, text) in sources.iter().filter(|(path, _)| !is_of_tests(path)) {
+        let own = group(path);
+        let below = stands_on(path, text, &files).into_iter().map(group);
+        let is_folder = own != path.as_str();
+        let others = below.filter(|other| !is_folder || *other != own);
+        ties.entry(own).or_default().extend(others);
+    }
     let reach = |from: &str| {
         let mut seen = BTreeSet::new();
-        let mut open: Vec<&str> = ties[from].iter().copied().collect();
+        let mut open: Vec<&str> = ties.get(from).into_iter().flatten().copied().collect();
         while let Some(file) = open.pop() {
             if seen.insert(file) {
-                open.extend(&ties[file]);
+                open.extend(ties.get(file).into_iter().flatten());
             }
         }
         seen
@@ -130,9 +156,13 @@ fn absolute(own: &[String], path: &str) -> Option<Module> {
 mod tests {
     use super::*;
 
-    fn found(sources: &[(&str, &str)]) -> Vec<Vec<String>> {
+    fn owned(sources: &[(&str, &str)]) -> Vec<(String, String)> {
         let owned = |(path, text): &(&str, &str)| ((*path).to_owned(), (*text).to_owned());
-        circles(&sources.iter().map(owned).collect::<Vec<_>>())
+        sources.iter().map(owned).collect()
+    }
+
+    fn found(sources: &[(&str, &str)]) -> Vec<Vec<String>> {
+        circles(&owned(sources))
     }
 
     #[test]
@@ -147,6 +177,20 @@ mod tests {
             ),
         ];
         assert_eq!(found(&sources), [["a.rs", "b/deep.rs"]]);
+    }
+
+    /// No file stands on itself through others, and yet neither room can be read before the other.
+    #[test]
+    fn val_rooms_stand_on_each_other_where_their_files_do_not() {
+        let sources = owned(&[
+            ("lib.rs", "mod a;\nmod b;\n"),
+            ("a/one.rs", "use crate::b::two::Two;\n"),
+            ("a/three.rs", ""),
+            ("b/two.rs", ""),
+            ("b/four.rs", "use crate::a::three::Three;\n"),
+        ]);
+        assert_eq!(circles(&sources), Vec::<Vec<String>>::new());
+        assert_eq!(circles_of_rooms(&sources), [["a", "b"]]);
     }
 
     #[test]

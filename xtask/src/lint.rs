@@ -6,12 +6,12 @@
 //! - Only the board's part of the application may be unsafe: the compiler cannot tell, since what
 //!   the framework generates is unsafe too.
 //! - `model-core` is `no_std`: also when a host build would not notice.
-//! - No files stand on each other in a circle ([`crate::circles`]).
+//! - No files and no rooms stand on each other in a circle ([`crate::circles`]).
 //! - No function is longer than a page ([`crate::lengths`]), but for start-up sequences and tables of
 //!   the firmware.
 //! - Nothing is built twice for want of a feature ([`features`]).
 
-use crate::circles::circles;
+use crate::circles::{circles, circles_of_rooms};
 use crate::features;
 use crate::lengths::{MOST_LINES, long_functions};
 use crate::shell::{self, Outcome};
@@ -80,7 +80,11 @@ fn long_lines(root: &Path, sources: &[PathBuf]) -> Outcome<Vec<String>> {
     Ok(lines)
 }
 
-/// The circles of files in any crate, a line each.
+/// A rig file's keys are those of the effects' declarations, and declarations ask the rig: these
+/// rooms are read together.
+const READ_TOGETHER: &str = "grey-box";
+
+/// The circles of files and rooms in any crate, a line each.
 fn circle_lines(root: &Path, sources: &[PathBuf]) -> Outcome<Vec<String>> {
     let mut crates: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
     for path in sources {
@@ -94,10 +98,12 @@ fn circle_lines(root: &Path, sources: &[PathBuf]) -> Outcome<Vec<String>> {
     let lines = |(name, of_crate): (&String, &Vec<(String, String)>)| {
         let line = |files: Vec<String>| {
             let files = files.join(", ");
-            format!("{name}/src: files stand on each other in a circle: {files}")
+            format!("{name}/src: these stand on each other in a circle: {files}")
         };
+        let rooms = (name != READ_TOGETHER).then(|| circles_of_rooms(of_crate));
         circles(of_crate)
             .into_iter()
+            .chain(rooms.into_iter().flatten())
             .map(line)
             .collect::<Vec<String>>()
     };

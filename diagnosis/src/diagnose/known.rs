@@ -51,9 +51,7 @@ impl<'t> Known<'t> {
         if !is_explained {
             return;
         }
-        self.sheet = self
-            .sheet
-            .and(&Sheet::of(&self.rig, &law.candidates, law.for_the_rig()));
+        self.sheet = self.sheet.and(&law.sheet(&self.rig));
         self.rig = with_sensors(&self.rig, law);
         if let Some(mended) = with_pressures_mended(&self.train, law) {
             self.train = Cow::from(mended);

@@ -4,14 +4,15 @@
 //!
 //! 1. recordings are checked ([`crate::inspect`]); a fault there is the verdict;
 //! 2. each law that the rig describes and the signals drive is fitted with its
-//!    ordinary parameters ([`fitted`]): the honest baseline;
-//! 3. where the misfit sits ([`locate`]);
-//! 4. effects are put in, one set after another ([`mod@candidates`], [`search`]),
+//!    ordinary parameters ([`crate::estimate`]): the honest baseline;
+//! 3. where the misfit sits ([`crate::locate`]);
+//! 4. effects are put in, one set after another ([`crate::search`]),
 //!    and judged by data that were left out of the fit; where that does not
-//!    explain it, each is tried for a part of the time (`intermittent`);
-//! 5. every parameter is frozen, and the models are compared on the held-out
-//!    recordings, of which until then only faults were looked for ([`proof`]);
-//! 6. the verdict is written ([`verdict`]).
+//!    explain it, each is tried for a part of the time;
+//! 5. what no effect explains becomes a table or an equation ([`crate::unlisted`]);
+//! 6. every parameter is frozen, and the models are compared on the held-out
+//!    recordings, of which until then only faults were looked for ([`crate::finding`]);
+//! 7. the verdict is written ([`crate::verdict`]).
 
 mod gaps;
 mod heard;

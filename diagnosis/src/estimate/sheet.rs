@@ -5,8 +5,6 @@
 //! nothing of the axis. Their common scale is the median of how far the numbers are off, over that
 //! of a normal distribution; the one number that an effect bends does not move a median.
 
-use super::candidates::{Candidate, voids};
-use super::fitted::Fitted;
 use crate::imprecise;
 use crate::rig::Rig;
 
@@ -35,18 +33,6 @@ impl Sheet {
         if known_to < DETERMINED * stated {
             self.0.push((found - given).abs() / stated);
         }
-    }
-
-    /// Of the numbers of a law's model, whose effects are among these candidates.
-    pub fn of(rig: &Rig, candidates: &[Candidate], model: &Fitted) -> Self {
-        let mut sheet = Self::default();
-        let numbers = model.names.iter().zip(&model.values).take(model.shared);
-        for ((key, &found), &known_to) in numbers.zip(&model.standard_deviations) {
-            if !voids(candidates, &model.set).any(|void| void == key) {
-                sheet.take_up(rig, key, found, known_to);
-            }
-        }
-        sheet
     }
 
     /// With the numbers of another.

@@ -4,8 +4,9 @@ mod judgement;
 pub mod proof;
 pub(crate) mod said;
 
-use crate::estimate::candidates::Candidate;
+use crate::estimate::candidates::{Candidate, voids};
 use crate::estimate::fitted::Fitted;
+use crate::estimate::sheet::Sheet;
 use crate::laws::{Law, Output, Track};
 use crate::locate::Located;
 use crate::rig::Rig;
@@ -112,7 +113,7 @@ pub struct Finding {
     pub limits: Vec<Limit>,
     /// Number of fits made.
     pub fits: usize,
-    /// Work done, as seconds of a reference core (see [`fitted::Bench::seconds`]).
+    /// Work done, as seconds of a reference core (see [`crate::estimate::fitted::Bench::seconds`]).
     pub seconds: f64,
 }
 
@@ -157,6 +158,19 @@ impl Finding {
     pub(crate) fn named(&self) -> impl Iterator<Item = &'static str> {
         let accepted = self.evidence.iter().filter(|one| one.accepted);
         accepted.map(|one| self.candidates[one.candidate].effect)
+    }
+
+    /// How well the rig file keeps the deviations that it states, by the numbers of this law.
+    pub(crate) fn sheet(&self, rig: &Rig) -> Sheet {
+        let mut sheet = Sheet::default();
+        let model = self.for_the_rig();
+        let numbers = model.names.iter().zip(&model.values).take(model.shared);
+        for ((key, &found), &known_to) in numbers.zip(&model.standard_deviations) {
+            if !voids(&self.candidates, &model.set).any(|void| void == key) {
+                sheet.take_up(rig, key, found, known_to);
+            }
+        }
+        sheet
     }
 
     /// The model that goes into the improved rig.

@@ -45,9 +45,7 @@ pub(crate) fn strayed(
 
 /// How well the rig file kept its word, by all laws.
 fn sheet(rig: &Rig, laws: &[Finding]) -> Sheet {
-    let of_laws = laws
-        .iter()
-        .map(|law| Sheet::of(rig, &law.candidates, law.for_the_rig()));
+    let of_laws = laws.iter().map(|law| law.sheet(rig));
     of_laws.fold(Sheet::default(), |all, law| all.and(&law))
 }
 

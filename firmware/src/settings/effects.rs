@@ -10,10 +10,11 @@ use super::field::{Field, SettingsFault, field, or_none};
 use super::mechanics::{Carriage, Friction, FrictionTerms};
 use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;
+use model_core::carriage::CarriageEffects;
 use model_core::left_out::{
-    CarriageEffects, DirectionDependentFriction, DwellStiction, ElasticBuffer, EndCushion,
-    ExhaustBackPressure, ForceEquation, ForceVariable, KNOTS, LoadCoupling, PistonLeakage,
-    PositionDependentFriction, SupplyDroop, UnknownForce, VariableHeatTransfer, WallTemperature,
+    DirectionDependentFriction, DwellStiction, ElasticBuffer, EndCushion, ExhaustBackPressure,
+    ForceEquation, ForceVariable, KNOTS, LoadCoupling, PistonLeakage, PositionDependentFriction,
+    SupplyDroop, UnknownForce, VariableHeatTransfer, WallTemperature,
 };
 use serde::{Deserialize, Serialize};
 

@@ -6,8 +6,8 @@ use super::slots::{
 };
 use super::transfer::{self, Answer, LONGEST_CHUNK, Transfer, Verdict, read_answer};
 use super::{Settings, SettingsFault, Thermal};
-use crate::control_task::NotAtRest;
 use crate::fault::Fault;
+use crate::tick::NotAtRest;
 use model_core::controller::Controller;
 use model_core::paper;
 use model_core::valve::{TABLE_CAPACITY, TableFault};

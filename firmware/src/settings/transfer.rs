@@ -19,8 +19,8 @@
 use super::field::SettingsFault;
 use super::record::{Content, LONGEST_CONTENT, VERSION, content_crc, decode_content};
 use super::slots::{SlotStorage, Slots, StoreFault};
-use crate::control_task::NotAtRest;
 use crate::link::{Fields, Payload, put};
+use crate::tick::NotAtRest;
 use model_core::controller::Controller;
 
 /// The most bytes in a chunk.

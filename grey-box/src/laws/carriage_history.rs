@@ -283,7 +283,7 @@ impl<R: Real> Body<R> {
 mod tests {
     use super::*;
     use crate::recording::Recording;
-    use model_core::left_out::CarriageEffects;
+    use model_core::carriage::CarriageEffects;
     use model_core::paper;
     use std::collections::BTreeMap;
 

@@ -5,7 +5,6 @@
 //! compares like with like, and an improved model goes onto the chip as
 //! parameters, not as code.
 
-mod carriage_effects;
 mod chamber_leakage;
 mod direction_dependent_friction;
 mod dwell_stiction;
@@ -28,7 +27,6 @@ mod variable_heat_transfer;
 mod volume_node;
 mod wall_temperature;
 
-pub use carriage_effects::CarriageEffects;
 pub use chamber_leakage::ChamberLeakage;
 pub use direction_dependent_friction::DirectionDependentFriction;
 pub use dwell_stiction::{DwellStiction, FORGETTING_WAY_M};

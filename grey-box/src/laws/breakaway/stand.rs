@@ -330,7 +330,7 @@ fn limited<R: Real>(residual: R) -> R {
 mod tests {
     use super::super::events::STANDING_M;
     use super::*;
-    use model_core::left_out::CarriageEffects;
+    use model_core::carriage::CarriageEffects;
     use model_core::paper;
     use model_core::real::Dual;
 

@@ -1,11 +1,11 @@
 //! The effects that live in the carriage's own step, together.
 
-use super::{
+use super::CarriageState;
+use crate::friction::{Bristle, FrictionLevels};
+use crate::left_out::{
     DirectionDependentFriction, DwellStiction, ElasticBuffer, ForceEquation, LoadCoupling,
     PositionDependentFriction, UnknownForce,
 };
-use crate::carriage::CarriageState;
-use crate::friction::{Bristle, FrictionLevels};
 use crate::real::Real;
 
 /// Friction of place, direction and age, a load behind a spring, buffers, a force

@@ -9,8 +9,12 @@
 //! the force of the predicted middle ([`crate::axis`]) the energy of the air spring
 //! neither grows nor decays by the scheme.
 
+mod effects;
+
+pub use effects::CarriageEffects;
+
 use crate::friction::{Acting, Bristle, FrictionLevels, FrictionStep};
-use crate::left_out::{CarriageEffects, LoadCoupling, LoadState, Reaction};
+use crate::left_out::{LoadCoupling, LoadState, Reaction};
 use crate::math::Compensated;
 use crate::real::Real;
 
