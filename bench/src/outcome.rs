@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use grey_box::recording::Recording;
-use grey_box::rig::{Rig, describe};
+use grey_box::rig::{Rig, Valve, describe};
 use grey_box::text::rounded;
 use serde::Serialize;
 
@@ -244,10 +244,26 @@ impl Outcome {
     fn with_areas(&self, rig: &Rig) -> Rig {
         let mut improved = rig.clone();
         if let Some(valve) = improved.valve.as_mut() {
-            crate::valve_flow::put_areas(valve, &self.areas);
+            put_areas(valve, &self.areas);
         }
         improved
     }
+}
+
+/// Puts measured areas into a rig's valve: a path that was not measured gets the other's.
+fn put_areas(valve: &mut Valve, areas: &[AreaPoint]) {
+    if areas.len() < 2 {
+        return;
+    }
+    valve.stated_flow = None;
+    valve.opening_v = areas.iter().map(|one| rounded(one.opening_v)).collect();
+    let of = |path: usize| -> Vec<f64> {
+        let area = |one: &AreaPoint| one.area_m2[path].or(one.area_m2[1 - path]).unwrap_or(0.0);
+        areas.iter().map(|one| rounded(area(one))).collect()
+    };
+    (valve.supply_area_m2, valve.exhaust_area_m2) = (of(0), of(1));
+    // What described the shape between the points of another table.
+    (valve.edge_v, valve.exhaust_shift_v) = (None, None);
 }
 
 /// Relative, or in volts where the key ends in `_V`.

@@ -1,6 +1,7 @@
 //! No circle of files, nor of rooms: data flow one way, and each can be read with those below it.
 //!
-//! A file stands on another where a `use` of it names that one's module or something in it. What a
+//! A file stands on another where a `use` or a path in its code (`crate::valve::flow(x)`) names that one's
+//! module or something in it. What a
 //! file takes from the module above it (`use super::Name`) is no tie, as a room's own names are there for
 //! all in it; tests within a file are left out.
 
@@ -92,7 +93,8 @@ fn stands_on<'f>(path: &str, text: &str, files: &BTreeMap<Module, &'f str>) -> B
         is_word.then(|| &statement[begin + 4..])
     });
     let mut named = BTreeSet::new();
-    for path in declarations.flat_map(|tree| leaves("", tree)) {
+    let declared = declarations.flat_map(|tree| leaves("", tree));
+    for path in declared.chain(paths_in_code(code)) {
         let Some(absolute) = absolute(&own, &path) else {
             continue;
         };
@@ -102,6 +104,18 @@ fn stands_on<'f>(path: &str, text: &str, files: &BTreeMap<Module, &'f str>) -> B
         named.extend(deepest.filter(|file| Some(**file) != files.get(&own).copied()));
     }
     named
+}
+
+/// Paths that begin with `crate` or `super`, wherever they stand; comments and attributes are left out.
+fn paths_in_code(code: &str) -> Vec<String> {
+    let is_code = |line: &&str| !line.trim_start().starts_with(['/', '#']);
+    let is_of_path = |character: char| character.is_alphanumeric() || "_:".contains(character);
+    code.lines()
+        .filter(is_code)
+        .flat_map(|line| line.split(|character| !is_of_path(character)))
+        .filter(|word| word.starts_with("crate::") || word.starts_with("super::"))
+        .map(|word| word.trim_end_matches(':').to_owned())
+        .collect()
 }
 
 /// `a::{b, c::d}` as `a::b` and `a::c::d`.
@@ -177,6 +191,25 @@ mod tests {
             ),
         ];
         assert_eq!(found(&sources), [["a.rs", "b/deep.rs"]]);
+    }
+
+    #[test]
+    fn val_a_path_in_the_code_is_a_tie() {
+        let sources = [
+            ("lib.rs", "mod a;\nmod b;\n"),
+            ("a.rs", "use crate::b::Two;\npub struct One;\n"),
+            (
+                "b.rs",
+                "pub struct Two;\nfn two() {\n    super::a::one(1);\n}\n",
+            ),
+        ];
+        assert_eq!(found(&sources), [["a.rs", "b.rs"]]);
+        let said = [
+            sources[0],
+            sources[1],
+            ("b.rs", "/// As [`crate::a::One`].\npub struct Two;\n"),
+        ];
+        assert_eq!(found(&said), Vec::<Vec<String>>::new());
     }
 
     /// No file stands on itself through others, and yet neither room can be read before the other.

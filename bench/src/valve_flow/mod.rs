@@ -17,13 +17,12 @@ mod shape;
 
 use grey_box::laws::Track;
 use grey_box::model::Values;
-use grey_box::rig::{Rig, Valve};
-use grey_box::text::rounded;
+use grey_box::rig::Rig;
 use model_core::valve::FlowLaw;
 
 use crate::flow_point::FlowPoint;
 use crate::iso6358;
-use crate::outcome::{AreaPoint, Kind, Number, Outcome, Picture};
+use crate::outcome::{Kind, Number, Outcome, Picture};
 
 /// The outcome depends on numbers under these sections.
 pub const DEPENDS_ON: &[&str] = &[
@@ -105,22 +104,6 @@ fn stated_law(rig: &Rig) -> FlowLaw<f64> {
         discharge_slope: model_core::paper::DISCHARGE_SLOPE,
         flow_coefficient: values.gas().flow_coefficient,
     })
-}
-
-/// Puts measured areas into a rig's valve: a path that was not measured gets the other's.
-pub(crate) fn put_areas(valve: &mut Valve, areas: &[AreaPoint]) {
-    if areas.len() < 2 {
-        return;
-    }
-    valve.stated_flow = None;
-    valve.opening_v = areas.iter().map(|one| rounded(one.opening_v)).collect();
-    let of = |path: usize| -> Vec<f64> {
-        let area = |one: &AreaPoint| one.area_m2[path].or(one.area_m2[1 - path]).unwrap_or(0.0);
-        areas.iter().map(|one| rounded(area(one))).collect()
-    };
-    (valve.supply_area_m2, valve.exhaust_area_m2) = (of(0), of(1));
-    // What described the shape between the points of another table.
-    (valve.edge_v, valve.exhaust_shift_v) = (None, None);
 }
 
 fn pictures(

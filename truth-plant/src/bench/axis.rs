@@ -8,6 +8,9 @@ use crate::plant::network::Network;
 use crate::plant::valve::{Paths, Play, Spool};
 use crate::random::{Purpose, Random};
 
+/// Longest step of the spool: the fastest has a period of 7.7 ms.
+pub(super) const STEP_S: f64 = 25e-6;
+
 /// The axis on its bench.
 pub(super) struct Axis {
     pub(super) nameplate: Nameplate,
@@ -27,8 +30,7 @@ pub(super) struct Axis {
 /// rounding does not make it the one after.
 fn on_grid(delay_s: f64) -> f64 {
     const HAIR_S: f64 = 1e-9;
-    let step_s = super::spool::STEP_S;
-    (libm::round(delay_s / step_s) * step_s - HAIR_S).max(0.0)
+    (libm::round(delay_s / STEP_S) * STEP_S - HAIR_S).max(0.0)
 }
 
 impl Axis {

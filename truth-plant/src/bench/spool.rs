@@ -1,6 +1,7 @@
 //! The spool: displacement over command, slowly for gain, null and play, and
 //! with sines of four amplitudes (figures 2 and 3 of the seed paper).
 
+use super::axis::STEP_S;
 use super::recording::{Channel, Noises, Recording, command_v, rows, time_s};
 use super::rig::Rig;
 use super::{BenchCase, Setup, truth};
@@ -9,8 +10,6 @@ use crate::plant::valve::{CommandPath, CommandState};
 /// What the engineer takes for the null.
 const NULL_V: f64 = 5.0;
 const FULL_V: f64 = 10.0;
-/// Longest step of the spool: the fastest has a period of 7.7 ms.
-pub(super) const STEP_S: f64 = 25e-6;
 /// Rows per second of the slow triangle and of the sines.
 const SLOW_ROWS_PER_S: f64 = 1000.0;
 const FAST_ROWS_PER_S: f64 = 5000.0;
