@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::estimate::fitted::Bench;
+use crate::estimate::Bench;
 use crate::identify::{OwnUnit, Residuals, own_unit, prediction, residuals_as_given, rms};
 use crate::laws::{Law, Track};
 use crate::locate::{Located, locate};

@@ -1,7 +1,7 @@
 //! Cases of the truth plant for the tests of single stages.
 
 use crate::estimate::candidates;
-use crate::estimate::fitted::{Bench, Fitted};
+use crate::estimate::{Bench, Fitted};
 use crate::laws::{Law, Track};
 use crate::recording::Recording;
 use crate::rig::Rig;

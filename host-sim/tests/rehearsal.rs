@@ -3,8 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
+use diagnosis::estimate::Bench;
 use diagnosis::estimate::candidates;
-use diagnosis::estimate::fitted::Bench;
 use diagnosis::search;
 use diagnosis::search::next_experiment::{self, NextExperiment};
 use host_sim::laws::{Law, Track};

@@ -14,7 +14,7 @@
 
 use crate::effects::flow::valve_delay;
 use crate::effects::sensing::position_time_skew;
-use crate::estimate::fitted::{Bench, Fitted, STEPS_FROM_GIVEN};
+use crate::estimate::{Bench, Fitted, STEPS_FROM_GIVEN};
 use crate::finding::Finding;
 use crate::inspect::{Fault, whole};
 use crate::laws::{Law, Track};

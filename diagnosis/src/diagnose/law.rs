@@ -4,8 +4,8 @@
 use super::known::Known;
 use crate::estimate::candidates::candidates;
 use crate::estimate::draws::Doubts;
-use crate::estimate::fitted::{Bench, Fitted};
 use crate::estimate::misfit::MISSED;
+use crate::estimate::{Bench, Fitted};
 use crate::estimate::{between_rows, fitted, noise};
 use crate::finding::proof::{Frozen, runs};
 use crate::finding::{self, BreakAway, Finding};

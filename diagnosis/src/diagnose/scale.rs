@@ -16,9 +16,9 @@
 //! Limits: an error that does not come again is not found, nor what a bump of 40 ms averages out.
 
 use crate::diagnose::known::Known;
-use crate::estimate::fitted::{Bench, Fitted};
 use crate::estimate::sliding::{self, Row, Sliding};
 use crate::estimate::wave::{self, Wave};
+use crate::estimate::{Bench, Fitted};
 use crate::finding::{self, Finding};
 use crate::laws::{Law, Output, Track};
 use crate::locate::{self, Located};

@@ -6,7 +6,8 @@
 //! been off shows in what a row's command differs from the mean of its neighbours: of a step J
 //! between two rows that is J/2 in both.
 
-use crate::estimate::fitted::{Bench, Fitted};
+use super::bench::Bench;
+use super::fitted::Fitted;
 use crate::estimate::refit::Refit;
 use crate::laws::{Law, Track};
 use crate::recording::Recording;

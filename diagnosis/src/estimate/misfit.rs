@@ -1,7 +1,9 @@
 //! What counts as a misfit.
 
+use super::bench::Bench;
+use super::fitted::Fitted;
 use crate::effects::Mark;
-use crate::estimate::fitted::{Bench, Columns, Fitted};
+use crate::fit::law_problem::Columns;
 use crate::laws::{Law, Output, Track};
 use crate::rig::Rig;
 

@@ -7,8 +7,9 @@
 //! a window from a noisy starting velocity is off by tenths of a millimetre
 //! whatever the model; its sensor alone says micrometres.
 
+use super::bench::Bench;
+use super::fitted::Fitted;
 use crate::estimate::draws::{Doubts, Shaken};
-use crate::estimate::fitted::{Bench, Fitted};
 use crate::estimate::sensor_noise::declared;
 use crate::fit::own_noise::same_rows;
 use crate::laws::Track;

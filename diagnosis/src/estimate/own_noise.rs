@@ -7,9 +7,10 @@
 //! counted in units of the noise that it has itself, and where that is much it is fitted so
 //! ([`crate::fit::own_noise`]).
 
+use super::bench::Bench;
+use super::fitted::Fitted;
 use crate::estimate::draws::Doubts;
 use crate::estimate::draws::{Draws, Shaken};
-use crate::estimate::fitted::{Bench, Fitted};
 use crate::estimate::noise;
 use crate::estimate::sensor_noise;
 use crate::fit::law_problem::LawProblem;
@@ -143,7 +144,7 @@ impl Bench<'_> {
 mod tests {
     use super::*;
     use crate::drawn;
-    use crate::estimate::fitted::mean_squares;
+    use crate::estimate::predictions::mean_squares;
     use crate::fit::{LeastSquares, NormalEquations, ResidualSums, RowWeighting};
     use crate::laws::Track;
     use crate::recording::Recording;

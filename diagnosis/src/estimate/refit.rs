@@ -3,7 +3,8 @@
 //! One step of Gauss and Newton with the engineer's uncertainties as priors: what is left is
 //! what a diagnosis would see of the change.
 
-use crate::estimate::fitted::{Bench, Fitted};
+use super::bench::Bench;
+use super::fitted::Fitted;
 use crate::fit::Prior;
 use crate::fit::law_problem::{Columns, LawProblem};
 use nalgebra::{DMatrix, DVector};

@@ -1,6 +1,7 @@
 //! What the balance of forces misses while sliding, and waves along the way in it.
 
-use crate::estimate::fitted::{Bench, Fitted};
+use super::bench::Bench;
+use super::fitted::Fitted;
 use crate::estimate::wave::{self, Wave};
 use crate::laws::balance;
 use nalgebra::Vector2;

@@ -4,8 +4,8 @@ mod judgement;
 pub mod proof;
 pub(crate) mod said;
 
+use crate::estimate::Fitted;
 use crate::estimate::candidates::{Candidate, voids};
-use crate::estimate::fitted::Fitted;
 use crate::estimate::sheet::Sheet;
 use crate::laws::{Law, Output, Track};
 use crate::locate::Located;
@@ -113,7 +113,7 @@ pub struct Finding {
     pub limits: Vec<Limit>,
     /// Number of fits made.
     pub fits: usize,
-    /// Work done, as seconds of a reference core (see [`crate::estimate::fitted::Bench::seconds`]).
+    /// Work done, as seconds of a reference core (see [`crate::estimate::Bench::seconds`]).
     pub seconds: f64,
 }
 

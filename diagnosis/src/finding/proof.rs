@@ -7,11 +7,11 @@
 
 use super::{Finding, Model};
 use crate::estimate::candidates::{Candidate, candidates};
-use crate::estimate::fitted::{Bench, Columns, Fitted};
 use crate::estimate::fold_squares::row_squares;
 use crate::estimate::leaps;
 use crate::estimate::misfit::left_by_a_sound_model;
 use crate::estimate::sensor_noise;
+use crate::estimate::{Bench, Columns, Fitted};
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope, windows};
 use crate::fit::presence::{Presence, refined_each};
 use crate::fit::{NoiseVariance, Options, solve};

@@ -1,6 +1,6 @@
 //! What a model leaves unexplained, signal by signal.
 
-use crate::estimate::fitted::{Bench, Fitted};
+use crate::estimate::{Bench, Fitted};
 use crate::fit::law_problem::FreeParameter;
 use crate::laws::{Law, Track};
 use crate::rig::Rig;

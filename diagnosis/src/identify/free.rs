@@ -163,7 +163,7 @@ fn add_request(
 /// The size of a force or pressure that candidates are started from: the
 /// spread of what the law predicts.
 fn misfit_scale(law: Law, rig: &Rig, tracks: &[Track<'_>]) -> f64 {
-    let bench = crate::estimate::fitted::Bench::new(law, rig, tracks);
+    let bench = crate::estimate::Bench::new(law, rig, tracks);
     bench.spread().first().copied().unwrap_or(1.0)
 }
 

@@ -36,7 +36,8 @@ pub use errors::{
 };
 pub use free::{FreeRequest, free_parameters};
 
-use crate::estimate::fitted::{Bench, correlation_length};
+use crate::estimate::Bench;
+use crate::estimate::correlation::correlation_length;
 use crate::fit::law_problem::{FreeParameter, LawProblem, MOST_ACTIVE, Scope};
 use crate::fit::{
     Fit, LeastSquares, NoiseVariance, NormalEquations, Options, Reason, ResidualSums, RowWeighting,

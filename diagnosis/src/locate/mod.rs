@@ -25,7 +25,7 @@ pub(crate) mod kinematics;
 mod located;
 mod phrase;
 
-use crate::estimate::fitted::integrated_autocorrelation;
+use crate::estimate::correlation::integrated_autocorrelation;
 use crate::laws::{Law, Motion, Output, Track, median, median_step_s};
 pub use crate::locate::located::{Bin, Located, VariableShare};
 use crate::locate::located::{SINCE_START, Sameness};

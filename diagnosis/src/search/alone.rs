@@ -1,7 +1,8 @@
 //! Each effect of a model beside the model without it: how much of it a refit hides, and whether
 //! chance explains as much.
 
-use crate::estimate::fitted::{Bench, Fitted, without};
+use crate::estimate::fitted::without;
+use crate::estimate::{Bench, Fitted};
 use crate::search::null;
 use crate::search::{Evidence, Outcome};
 use std::collections::BTreeMap;

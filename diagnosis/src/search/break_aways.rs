@@ -6,7 +6,7 @@
 //! what break-aways alone show is fitted before anything is judged: where it takes most of what
 //! they miss away, and more than chance does, they are known to what it leaves.
 
-use crate::estimate::fitted::{Bench, Fitted};
+use crate::estimate::{Bench, Fitted};
 use crate::laws::{Law, balance};
 use crate::search::is_by_chance;
 

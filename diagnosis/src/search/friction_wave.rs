@@ -6,8 +6,8 @@
 //! most is one more start, with its sizes.
 
 use crate::estimate::candidates::Candidate;
-use crate::estimate::fitted::{Bench, Fitted};
 use crate::estimate::sliding::{self, Row, Sliding};
+use crate::estimate::{Bench, Fitted};
 use crate::laws::Law;
 
 const EFFECT: &str = "position-dependent-friction";

@@ -8,8 +8,8 @@
 
 use crate::effects::{self, Kind};
 use crate::estimate::candidates::{Candidate, twins};
-use crate::estimate::fitted::{Bench, Fitted, Set};
 use crate::estimate::leaps;
+use crate::estimate::{Bench, Fitted, Set};
 use crate::fit::law_problem::{Folds, windows};
 use crate::fit::presence::{Presence, refined_each};
 use crate::laws::{Law, Track, median};

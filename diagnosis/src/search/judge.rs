@@ -7,9 +7,9 @@ use super::evidence::{
 use crate::effects::sensing::position_time_skew;
 use crate::effects::{self, Kind, Mark};
 use crate::estimate::candidates::Candidate;
-use crate::estimate::fitted::{Bench, Fitted, Set};
 use crate::estimate::fold_squares::FoldSquares;
 use crate::estimate::misfit::{ERROR_OF_FORM, NEXT_TO_NOTHING};
+use crate::estimate::{Bench, Fitted, Set};
 use crate::fit::Presence;
 use crate::laws::{Law, balance, median_step_s};
 use std::sync::OnceLock;

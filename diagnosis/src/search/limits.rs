@@ -12,9 +12,9 @@
 //! of 4 mm, a spool damped by 0.7); what shows may still be told as something else.
 
 use crate::estimate::candidates::Candidate;
-use crate::estimate::fitted::{Bench, Fitted};
 use crate::estimate::refit::Refit;
 use crate::estimate::swung::swung;
+use crate::estimate::{Bench, Fitted};
 use crate::fit::law_problem::Columns;
 use crate::laws::{Law, Motion, Track};
 use crate::model::Values;

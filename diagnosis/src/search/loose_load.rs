@@ -17,7 +17,8 @@
 //!
 //! What else was found with the load as the balance has it is then asked for again.
 
-use crate::estimate::fitted::{Bench, Fitted, without};
+use crate::estimate::fitted::without;
+use crate::estimate::{Bench, Fitted};
 use crate::fit::compass::{self, Varied};
 use crate::fit::law_problem::{FreeParameter, windows};
 use crate::laws::{Law, balance, median};

@@ -22,7 +22,7 @@ mod sets;
 pub(crate) mod strayed;
 pub(crate) mod swinging_load;
 
-use crate::estimate::fitted::{Bench, Fitted};
+use crate::estimate::{Bench, Fitted};
 use evidence::explained_probability;
 use judge::{Judge, PLAIN_RATIO_AMONG_MANY};
 use std::collections::BTreeSet;

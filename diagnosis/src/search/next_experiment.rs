@@ -17,7 +17,7 @@
 //! than it has and makes the power a cautious one. Only whole axes have a bank.
 
 use crate::estimate::candidates::Candidate;
-use crate::estimate::fitted::{Bench, Fitted};
+use crate::estimate::{Bench, Fitted};
 use crate::fit::Prior;
 use crate::fit::law_problem::{FreeParameter, LawProblem, Scope};
 use crate::laws::{Law, Track, median_step_s};

@@ -10,8 +10,8 @@
 //! named one along its fitted change as well; moments chosen for an effect that comes and goes
 //! are not drawn anew.
 
-use crate::estimate::fitted::{Bench, Columns, Fitted};
 use crate::estimate::refit::difference;
+use crate::estimate::{Bench, Columns, Fitted};
 use crate::random::Noise;
 use crate::search::prospect::{Directions, Prospects};
 use rayon::prelude::*;

@@ -7,9 +7,10 @@
 //! meets bounds and curves and may end elsewhere: this tells which effects are worth one, and
 //! no more.
 
-use crate::estimate::fitted::{Bench, Fitted, Set, with};
+use crate::estimate::fitted::with;
 use crate::estimate::misfit::NEXT_TO_NOTHING;
 use crate::estimate::refit::{Refit, take_away};
+use crate::estimate::{Bench, Fitted, Set};
 use crate::fit::law_problem::Columns;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

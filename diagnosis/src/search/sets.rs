@@ -3,7 +3,8 @@
 use super::evidence::PLAIN_RATIO;
 use super::judge::Judge;
 use crate::estimate::candidates::twins;
-use crate::estimate::fitted::{Fitted, STEPS_FROM_GIVEN, Set, with};
+use crate::estimate::fitted::with;
+use crate::estimate::{Fitted, STEPS_FROM_GIVEN, Set};
 use crate::laws::Law;
 use crate::search::prospect;
 use rayon::prelude::*;

@@ -10,7 +10,9 @@
 //! how far they are from what the rig file states (the posterior's maximum), the rig file's numbers
 //! as a whole being what they are ([`crate::estimate::sheet`]).
 
-use crate::estimate::fitted::{Bench, Fitted, correlation_length, with};
+use crate::estimate::correlation::correlation_length;
+use crate::estimate::fitted::with;
+use crate::estimate::{Bench, Fitted};
 use crate::rig::Rig;
 use crate::search::{Evidence, Outcome};
 use rayon::prelude::*;

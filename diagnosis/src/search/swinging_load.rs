@@ -11,8 +11,8 @@
 //! All other numbers are then as the usual windows show them beside that load.
 
 use crate::estimate::draws::Doubts;
-use crate::estimate::fitted::{Bench, Fitted};
 use crate::estimate::noise;
+use crate::estimate::{Bench, Fitted};
 use crate::laws::{Law, Track, balance};
 
 /// The effect.

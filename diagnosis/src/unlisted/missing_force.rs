@@ -10,8 +10,8 @@
 
 use crate::effects::load::force_equation::EFFECT;
 use crate::estimate::candidates::Candidate;
-use crate::estimate::fitted::{Bench, Fitted};
 use crate::estimate::refit::Refit;
+use crate::estimate::{Bench, Fitted};
 use crate::fit::law_problem::{Columns, Scope};
 use crate::laws::{Law, Track, balance};
 use crate::unlisted::equation::{self, Equation, Form, Missing, Term, Variable};

@@ -141,7 +141,7 @@ fn variables(rig: &Rig, tracks: &[Track<'_>], window_s: f64) -> Vec<(Variable, &
 mod tests {
     use super::*;
     use crate::drawn;
-    use crate::estimate::fitted::Bench;
+    use crate::estimate::Bench;
     use crate::laws::Law;
     use crate::search;
     use crate::unlisted::unknown_input;

@@ -29,7 +29,7 @@
 //! only in part. More air through the valve's supply side and a higher supply
 //! pressure have one direction: what the needed change goes with decides.
 
-use crate::estimate::fitted::{Bench, Fitted};
+use crate::estimate::{Bench, Fitted};
 use crate::fit::Parameter;
 use crate::fit::law_problem::{Columns, FreeParameter, LawProblem, windows};
 use crate::laws::{Law, View, median};

@@ -3,7 +3,7 @@
 use super::Equation;
 use super::forms::{Form, Variable};
 use super::term::Term;
-use crate::estimate::fitted::integrated_autocorrelation;
+use crate::estimate::correlation::integrated_autocorrelation;
 use crate::golden_section::least_within;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
