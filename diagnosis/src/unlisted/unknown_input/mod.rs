@@ -29,17 +29,22 @@
 //! only in part. More air through the valve's supply side and a higher supply
 //! pressure have one direction: what the needed change goes with decides.
 
+mod inputs;
+mod need;
+mod step;
+
 use crate::estimate::{Bench, Fitted};
-use crate::fit::Parameter;
 use crate::fit::law_problem::{Columns, FreeParameter, LawProblem, windows};
 use crate::laws::{Law, View, median};
 use crate::locate::{self, Located};
 use crate::rig::Rig;
 use crate::unlisted::equation::Equation;
 use crate::unlisted::missing_input::{self, Sample};
-use nalgebra::{DMatrix, DVector};
+use inputs::{Input, inputs, shifted};
+use need::{Need, Window, dot, least_for_all, need};
 use rayon::prelude::*;
 use std::ops::Range;
+use step::{STEP, slopes, step, step_size};
 
 /// Length of a window, s.
 const WINDOW_S: f64 = 0.1;
@@ -51,127 +56,16 @@ const AS_GOOD: f64 = 0.95;
 /// An input that explains this part of what it explains by one number for all windows hardly
 /// varies; chosen.
 const HARDLY_VARIES: f64 = 0.5;
-/// Sizes at which an input is tried, over the most that it may be off that way: a valve that is
-/// shut within its dead zone and open beyond it is no straight line.
-const SIZES: [f64; 9] = [-1.0, -0.3, -0.1, -0.03, 0.0, 0.03, 0.1, 0.3, 1.0];
 /// Steps of the ordinary parameters.
 const ROUNDS: usize = 5;
-/// The slope by an ordinary parameter is taken over this part of its uncertainty.
-const STEP: f64 = 0.1;
 /// A window says nothing where deviation or errors are more than this many times the
 /// median one's.
 const WORST: f64 = 3.0;
-
-/// An input and the small shift with which its direction is found.
-struct Input {
-    what: locate::Input,
-    /// Numbers of the rig that shift together, each by this much per unit.
-    shifts: Vec<(&'static str, f64)>,
-    /// No such input is ever further off, one way or the other; chosen.
-    range: (f64, f64),
-    /// Its number is known so well that what is missing of it varies.
-    varies: bool,
-}
-
-impl Input {
-    /// The sizes at which it is tried.
-    fn sizes(&self) -> Vec<f64> {
-        let (lower, upper) = self.range;
-        let of_part = |part: f64| {
-            if part < 0.0 {
-                -part * lower
-            } else {
-                part * upper
-            }
-        };
-        SIZES.map(of_part).to_vec()
-    }
-}
-
-/// What there is, with shifts that matter little.
-fn inputs() -> Vec<Input> {
-    let input = |place, quantity, unit, shifts: &[(&'static str, f64)], range| Input {
-        what: locate::Input {
-            place,
-            quantity,
-            unit,
-        },
-        shifts: shifts.to_vec(),
-        range,
-        varies: place == "exhaust",
-    };
-    let both_ways = |most: f64| (-most, most);
-    let mut all = vec![
-        input(
-            "valve-command",
-            "command",
-            "V",
-            &[("valve.null_V", -1.0)],
-            both_ways(0.5),
-        ),
-        input(
-            "supply",
-            "supply pressure",
-            "Pa",
-            &[("supply.pressure_Pa", 1.0)],
-            both_ways(1.5e5),
-        ),
-        input(
-            "exhaust",
-            "ambient pressure",
-            "Pa",
-            &[("environment.pressure_Pa", 1.0)],
-            // A silencer that chokes, or a neighbour on the same one; nothing sucks, but the
-            // file's number may be of another day's weather.
-            (-1e4, 2e5),
-        ),
-    ];
-    let (supply, exhaust) = (
-        ("valve.supply_area_m2", 1.0),
-        ("valve.exhaust_area_m2", 1.0),
-    );
-    for shifts in [&[supply, exhaust][..], &[supply], &[exhaust]] {
-        all.push(input(
-            "valve-flow",
-            "valve flow factor",
-            "1",
-            shifts,
-            both_ways(0.7),
-        ));
-    }
-    for (place, key) in [
-        ("chamber-a", "effects.chamber-leakage.laminar_a_kg_s_Pa2"),
-        ("chamber-b", "effects.chamber-leakage.laminar_b_kg_s_Pa2"),
-    ] {
-        // At 6 bar 5e-15 is some 130 l/min: a fifth of what the valve passes.
-        let shifts = &[(key, 1.0)];
-        all.push(input(place, "leak", "kg/(s Pa2)", shifts, both_ways(5e-15)));
-    }
-    all
-}
 
 /// Where a window begins.
 struct Start {
     rows: Range<usize>,
     states: Vec<f64>,
-}
-
-/// One window: its rows and what the prediction is too high by, in units of the
-/// noise, all outputs after each other.
-struct Window {
-    recording: usize,
-    rows: Range<usize>,
-    errors: Vec<f64>,
-}
-
-/// What a window needs of an input.
-#[derive(Clone, Debug)]
-struct Need {
-    /// By how much it would have to be off, and the deviation of that.
-    value: f64,
-    deviation: f64,
-    /// Where the errors go with more of it; none where it takes no more.
-    direction: Option<Vec<f64>>,
 }
 
 /// The windows under some ordinary parameters, with an input.
@@ -493,33 +387,6 @@ impl<'a> Windowed<'a> {
     }
 }
 
-/// The rig with an input that is off by so much.
-fn shifted(rig: &Rig, input: &Input, size: f64) -> Rig {
-    let shifts = input.shifts.iter().map(|&(key, per_unit)| {
-        let value = rig.value(key).unwrap_or(0.0);
-        (key.to_owned(), value + per_unit * size)
-    });
-    rig.with_values(&shifts.collect())
-}
-
-/// The size of a parameter's uncertainty.
-fn step_size(parameter: &Parameter) -> f64 {
-    parameter
-        .prior
-        .map_or(parameter.scale, |prior| prior.standard_deviation)
-}
-
-/// Slopes of every window's errors.
-fn slopes(base: &[Window], moved: &[Window], size: f64) -> Vec<Vec<f64>> {
-    let pairs = base.iter().zip(moved);
-    pairs
-        .map(|(base, moved)| {
-            let errors = base.errors.iter().zip(&moved.errors);
-            errors.map(|(base, moved)| (moved - base) / size).collect()
-        })
-        .collect()
-}
-
 /// Where values usually lie. In a few windows another input than the one that is off, or
 /// the valve's edge, asks for anything.
 struct Usual {
@@ -548,90 +415,6 @@ fn weighted_mean<'n>(needs: impl Iterator<Item = &'n Need>) -> f64 {
         (sum + weight * need.value, weights + weight)
     });
     if weights > 0.0 { sum / weights } else { 0.0 }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// What one window needs of an input, of whose errors at some sizes are known, and what is
-/// left of them: the least on the straight lines from each size to the next. How well it is
-/// known is told by the flattest line on the way there from nought: a valve that is shut
-/// leaks much the same on either side of its dead zone.
-fn need(sizes: &[f64], errors: &[&[f64]]) -> Option<(Need, Vec<f64>)> {
-    let lines = sizes.windows(2).zip(errors.windows(2));
-    let lines: Vec<Option<Least>> = lines
-        .map(|(sizes, errors)| least_on_line(sizes, errors))
-        .collect();
-    let known = lines.iter().flatten();
-    let least = known.min_by(|a, b| a.energy.total_cmp(&b.energy))?;
-    let is_passed = |sizes: &[f64]| match least.need.value {
-        above if above > 0.0 => sizes[1] > 0.0 && sizes[0] < above,
-        below => sizes[0] < 0.0 && sizes[1] > below,
-    };
-    let passed = sizes
-        .windows(2)
-        .zip(&lines)
-        .filter(|(sizes, _)| is_passed(sizes));
-    let deviations = passed.map(|(_, line)| line.as_ref().map_or(f64::INFINITY, Least::deviation));
-    let need = Need {
-        deviation: deviations.fold(least.deviation(), f64::max),
-        ..least.need.clone()
-    };
-    Some((need, least.left.clone()))
-}
-
-/// The least energy of all windows together, on the straight lines from each size tried to the
-/// next.
-fn least_for_all(tried: &[Vec<Window>]) -> f64 {
-    let product = |one: &[Window], other: &[Window]| -> f64 {
-        let windows = one.iter().zip(other);
-        windows.map(|(a, b)| dot(&a.errors, &b.errors)).sum()
-    };
-    let on_line = |ends: &[Vec<Window>]| {
-        let (from, to) = (product(&ends[0], &ends[0]), product(&ends[1], &ends[1]));
-        let between = product(&ends[0], &ends[1]);
-        let square = from - 2.0 * between + to;
-        let part = ((from - between) / square).clamp(0.0, 1.0);
-        let energy = from + 2.0 * part * (between - from) + part * part * square;
-        if energy.is_finite() { energy } else { from }
-    };
-    let lines = tried.windows(2).map(on_line);
-    lines.fold(f64::INFINITY, f64::min)
-}
-
-/// Where errors are least between two sizes.
-struct Least {
-    energy: f64,
-    need: Need,
-    left: Vec<f64>,
-}
-
-impl Least {
-    fn deviation(&self) -> f64 {
-        self.need.deviation
-    }
-}
-
-/// None where the errors stay as they are.
-fn least_on_line(sizes: &[f64], errors: &[&[f64]]) -> Option<Least> {
-    let ends = errors[0].iter().zip(errors[1]);
-    let across: Vec<f64> = ends.map(|(from, to)| to - from).collect();
-    let square = dot(&across, &across);
-    let part = (-dot(errors[0], &across) / square).clamp(0.0, 1.0);
-    let points = errors[0].iter().zip(&across);
-    let left: Vec<f64> = points.map(|(error, step)| error + part * step).collect();
-    let energy = dot(&left, &left);
-    let length = sizes[1] - sizes[0];
-    (square > 0.0 && energy.is_finite()).then(|| Least {
-        energy,
-        need: Need {
-            value: sizes[0] + part * length,
-            deviation: length / square.sqrt(),
-            direction: (part > 0.0 && part < 1.0).then_some(across),
-        },
-        left,
-    })
 }
 
 impl Explained {
@@ -675,95 +458,6 @@ impl Explained {
     }
 }
 
-/// The step of the ordinary parameters; the input follows in every window.
-fn step(
-    explained: &Explained,
-    by_ordinary: &[Vec<Vec<f64>>],
-    ordinary: &[FreeParameter],
-    values: &[f64],
-    penalties: &[f64],
-) -> Option<Vec<f64>> {
-    let sizes: Vec<f64> = ordinary
-        .iter()
-        .map(|free| step_size(&free.parameter))
-        .collect();
-    let (curvature, pull) = beside_input(explained, by_ordinary, ordinary, &sizes, penalties);
-    within_bounds(curvature, pull, ordinary, &sizes, values)
-}
-
-/// Curvature and pull of the ordinary numbers, each in units of its size, when the parts along the
-/// input are taken out.
-fn beside_input(
-    explained: &Explained,
-    by_ordinary: &[Vec<Vec<f64>>],
-    ordinary: &[FreeParameter],
-    sizes: &[f64],
-    penalties: &[f64],
-) -> (DMatrix<f64>, DVector<f64>) {
-    let count = by_ordinary.len();
-    let mut curvature = DMatrix::<f64>::zeros(count, count);
-    let mut pull = DVector::<f64>::zeros(count);
-    for (i, free) in ordinary.iter().enumerate() {
-        if free.parameter.prior.is_some() {
-            curvature[(i, i)] = 1.0;
-            pull[i] = -penalties[i];
-        }
-    }
-    let pairs = explained.windows.iter().zip(&explained.needed);
-    for (index, (window, need)) in pairs.enumerate() {
-        // An input at the end of its range takes nothing more.
-        let direction = need.as_ref().and_then(|need| need.direction.as_deref());
-        let free = direction.map(|g| (g, dot(g, g)));
-        // Products of what is left when the parts along the input are taken out.
-        let product = |a: &[f64], b: &[f64]| match free {
-            Some((g, square)) => dot(a, b) - dot(a, g) * dot(b, g) / square,
-            None => dot(a, b),
-        };
-        for i in 0..count {
-            let slope = &by_ordinary[i][index];
-            pull[i] -= sizes[i] * product(slope, &window.errors);
-            for j in 0..=i {
-                let value = sizes[i] * sizes[j] * product(slope, &by_ordinary[j][index]);
-                curvature[(i, j)] += value;
-                if i != j {
-                    curvature[(j, i)] += value;
-                }
-            }
-        }
-    }
-    (curvature, pull)
-}
-
-/// The step of the ordinary numbers that stay in their boxes.
-fn within_bounds(
-    mut curvature: DMatrix<f64>,
-    mut pull: DVector<f64>,
-    ordinary: &[FreeParameter],
-    sizes: &[f64],
-    values: &[f64],
-) -> Option<Vec<f64>> {
-    let count = ordinary.len();
-    loop {
-        let solved = curvature.clone().cholesky()?.solve(&pull);
-        let steps: Vec<f64> = solved.iter().zip(sizes).map(|(s, size)| s * size).collect();
-        let leaves_box = |i: usize| {
-            let Parameter { lower, upper, .. } = ordinary[i].parameter;
-            (values[i] <= lower && steps[i] < 0.0) || (values[i] >= upper && steps[i] > 0.0)
-        };
-        let outwards: Vec<usize> = (0..count).filter(|&i| leaves_box(i)).collect();
-        if outwards.is_empty() {
-            return Some(steps);
-        }
-        // What stands on its bound stays there, and the others are solved again.
-        for i in outwards {
-            curvature.row_mut(i).fill(0.0);
-            curvature.column_mut(i).fill(0.0);
-            curvature[(i, i)] = 1.0;
-            pull[i] = 0.0;
-        }
-    }
-}
-
 /// The law with a rig whose numbers are all set.
 fn problem<'p>(bench: &'p Bench<'_>, rig: &'p Rig) -> LawProblem<'p> {
     LawProblem {
@@ -781,6 +475,7 @@ fn problem<'p>(bench: &'p Bench<'_>, rig: &'p Rig) -> LawProblem<'p> {
 mod tests {
     use super::*;
     use crate::drawn;
+    use crate::fit::Parameter;
     use crate::laws::Track;
     use crate::search;
     use truth_plant::Strength;
