@@ -1,6 +1,8 @@
 //! The control task: one pure call a tick.
 
 use crate::codes::{CommandShaper, ValveConverter};
+use crate::experiment::frames::{Report, Request};
+use crate::experiment::{Asked, Experiment, Readiness, Reason};
 use crate::fault::{Fault, Finding};
 use crate::link::Order;
 use crate::settings::NULL_V;
@@ -8,7 +10,7 @@ use crate::start::ResetCause;
 use crate::status::{Counters, Program, Status, TickCost};
 use crate::supervisor::Supervisor;
 use crate::tick::{Command, NotAtRest, Sample, State};
-use model_core::controller::{Action, Controller, ControllerState, Estimate, Measurements};
+use model_core::controller::{Action, Controller, ControllerState, Estimate, Measurements, Wish};
 use model_core::reference::Reference;
 
 /// By how much more slowly the observer follows the pressures after the first swings: 40 per second
@@ -31,6 +33,7 @@ pub struct ControlTask {
     memory: Option<ControllerState<f32>>,
     shaper: CommandShaper,
     supervisor: Supervisor,
+    experiment: Experiment,
     estimate: Estimate<f32>,
     /// Velocity of the last sample, m/s.
     velocity_m_per_s: f32,
@@ -49,6 +52,7 @@ impl ControlTask {
             controller,
             memory: None,
             shaper: CommandShaper::new(converter),
+            experiment: Experiment::default(),
             estimate: Estimate {
                 position_m: 0.0,
                 velocity_m_per_s: 0.0,
@@ -63,17 +67,35 @@ impl ControlTask {
     /// the valve is at its null anyway: in the state idle while the load stands, and in the state
     /// fault, in which a board may have no sensors yet that could say so.
     pub fn replace_controller(&mut self, controller: Controller<f32>) -> Result<(), NotAtRest> {
-        let stands = self.velocity_m_per_s.abs() < AT_REST_M_PER_S;
+        let is_free = self.stands() && !self.experiment.is_running();
         match self.supervisor.state() {
-            State::Idle if !stands => Err(NotAtRest),
+            State::Idle if !is_free => Err(NotAtRest),
             State::Idle | State::Fault => {
                 self.supervisor.replace_axis(controller.axis());
                 self.controller = controller;
                 self.memory = None;
                 Ok(())
             }
-            State::Init | State::Track => Err(NotAtRest),
+            State::Init | State::Track | State::Open => Err(NotAtRest),
         }
+    }
+
+    fn stands(&self) -> bool {
+        self.velocity_m_per_s.abs() < AT_REST_M_PER_S
+    }
+
+    /// Does what a host asks of an experiment; what it is told then.
+    pub fn serve_experiment(&mut self, request: &Request<'_>) -> Report {
+        let ready = Readiness {
+            is_idle: self.supervisor.state() == State::Idle,
+            stands: self.stands(),
+        };
+        self.experiment.serve(request, ready)
+    }
+
+    /// Somebody wishes the axis to be let go: an experiment ends.
+    pub fn let_go(&mut self) {
+        self.experiment.halt(Reason::Stopped);
     }
 
     /// The board saw a fault: the next tick reacts.
@@ -144,41 +166,54 @@ impl ControlTask {
     pub fn tick(&mut self, sample: &Sample) -> Command {
         let measured = sample.codes.measurements();
         self.velocity_m_per_s = measured.velocity_m_per_s;
+        let tried = self.experiment(sample.tick, &measured);
+        let reference = &tried.map_or(sample.reference, Asked::reference);
         let axis = self.controller.axis();
-        let asked = match self.supervisor.step(axis, sample, &measured) {
+        let asked = match self.supervisor.step(axis, (sample, reference), &measured) {
             State::Fault => {
+                self.experiment.halt(Reason::Fault);
                 self.supervisor.remember_spool(self.null_v());
                 None
             }
-            State::Init | State::Idle => self.observe(&measured, None, sample.tick),
-            State::Track => self.observe(&measured, Some(&sample.reference), sample.tick),
+            State::Init | State::Idle | State::Open => {
+                let null_v = self.null_v();
+                match tried.and_then(|tried| tried.wish(null_v)) {
+                    Some(wish) => self.try_out(&measured, &wish, sample.tick),
+                    None => self.observe(&measured, None, sample.tick),
+                }
+            }
+            State::Track => self.observe(&measured, Some(reference), sample.tick),
         };
         let null_v = self.null_v();
         if let (State::Track, Some(command_v)) = (self.supervisor.state(), asked) {
             let dt_s = self.controller.axis().dt_s;
             let time = (dt_s, sample.tick);
-            let is_swinging =
-                self.supervisor
-                    .watch_command(&sample.reference, command_v - null_v, time);
+            let is_swinging = self
+                .supervisor
+                .watch_command(reference, command_v - null_v, time);
             if is_swinging {
                 self.calm();
             }
         }
-        let is_tracking = self.supervisor.state() == State::Track;
-        let command_v = if is_tracking {
+        let state = match self.supervisor.state() {
+            State::Idle if tried.is_some() => State::Open,
+            state => state,
+        };
+        let is_commanded = matches!(state, State::Track | State::Open);
+        let command_v = if is_commanded {
             asked.unwrap_or(null_v)
         } else {
             let axis = self.controller.axis();
             let brake_v = self.supervisor.brake_v(axis, &measured, sample.tick);
             null_v + brake_v.unwrap_or(0.0)
         };
-        if !is_tracking {
+        if !is_commanded {
             self.shaper.forget();
         }
         Command {
             tick: sample.tick,
             valve: self.shaper.code(command_v, null_v),
-            state: self.supervisor.state(),
+            state,
             fault: self
                 .supervisor
                 .latched()
@@ -187,8 +222,37 @@ impl ControlTask {
         }
     }
 
+    /// What an experiment asks for at this tick, if one runs.
+    #[inline]
+    fn experiment(&mut self, tick: u32, measured: &Measurements<f32>) -> Option<Asked> {
+        if !self.experiment.is_running() {
+            return None;
+        }
+        let axis = self.controller.axis();
+        let drive_n = axis
+            .carriage
+            .drive_n(measured.pressure_a_pa, measured.pressure_b_pa);
+        self.experiment.step((tick, axis.dt_s), measured, drive_n)
+    }
+
+    /// One tick of the observer under what an experiment wishes.
+    #[inline(never)]
+    fn try_out(
+        &mut self,
+        measured: &Measurements<f32>,
+        wish: &Wish<f32>,
+        tick: u32,
+    ) -> Option<f32> {
+        let controller = &self.controller;
+        let memory = self
+            .memory
+            .get_or_insert_with(|| controller.begin(measured));
+        let action = controller.try_out(memory, measured, wish);
+        self.take(&action, tick)
+    }
+
     /// One tick of the observer, and of the controller where there is a
-    /// reference. A result that is no number is a fault.
+    /// reference.
     fn observe(
         &mut self,
         measured: &Measurements<f32>,
@@ -203,10 +267,17 @@ impl ControlTask {
             Some(reference) => controller.track(memory, measured, reference),
             None => controller.idle(memory, measured),
         };
-        // The observer knows of delay, slew limit, spool and tubes what the rig does.
-        self.supervisor
-            .remember_spool(controller.felt_spool_v(memory));
-        if is_finite(&action) {
+        self.take(&action, tick)
+    }
+
+    /// Takes an action over. A result that is no number is a fault.
+    fn take(&mut self, action: &Action<f32>, tick: u32) -> Option<f32> {
+        if let Some(memory) = &self.memory {
+            // The observer knows of delay, slew limit, spool and tubes what the rig does.
+            let felt_v = self.controller.felt_spool_v(memory);
+            self.supervisor.remember_spool(felt_v);
+        }
+        if is_finite(action) {
             self.estimate = action.estimate;
             Some(action.command_v)
         } else {

@@ -8,6 +8,7 @@
 //! | [`codes`] | converter codes to SI and back |
 //! | [`control_task`] | one pure call a tick: sample in, command out |
 //! | [`cost`] | what a tick costs, counted on the chip |
+//! | [`experiment`] | a program that the board runs, and the envelope it keeps |
 //! | [`fault`] | the fault list |
 //! | [`frame`] | COBS frames with a CRC over a byte stream |
 //! | [`link`] | the lock-step link between controller and plant |
@@ -27,6 +28,7 @@ pub mod codes;
 pub mod control_task;
 pub mod cost;
 pub mod crash;
+pub mod experiment;
 pub mod fault;
 pub mod frame;
 pub mod link;

@@ -39,6 +39,7 @@ mod app {
     use firmware::control_task::ControlTask;
     use firmware::cost::{Cost, Report};
     use firmware::crash::{self, Crash};
+    use firmware::experiment::frames as experiment;
     use firmware::fault::Fault;
     use firmware::frame::{self, Decoder, Received};
     use firmware::link::{self, FromPlant, Order, Payload};
@@ -303,6 +304,7 @@ mod app {
                 rtic::pend(device::Interrupt::UART5);
             }
             Some(FromPlant::Reference(reference)) if !Chosen::ANSWERS_PLANT => {
+                shared.control_task.lock(|it| it.let_go());
                 shared.streamed.lock(|it| it.reference = reference);
             }
             // A fault that did not happen is for simulations only.
@@ -408,7 +410,7 @@ mod app {
         }
     }
 
-    /// The answer to a frame about settings, telemetry or a crash; `None` to any other.
+    /// The answer to a frame about settings, telemetry, an experiment or a crash; `None` to any other.
     fn answer(
         request: &[u8],
         local: &mut transmit::LocalResources<'_>,
@@ -422,6 +424,10 @@ mod app {
                 decimation,
                 tick_period_ns: Chosen::TICK_PERIOD_NS,
             }));
+        }
+        if let Some(wish) = experiment::read_request(request) {
+            let report = shared.control_task.lock(|it| it.serve_experiment(&wish));
+            return Some(report.payload());
         }
         if crash::is_asked(request) {
             return Some(crash::told(local.started.crash.as_ref()));

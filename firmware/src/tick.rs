@@ -31,12 +31,14 @@ pub enum State {
     Track = 2,
     /// Something is wrong; the valve is at its null.
     Fault = 3,
+    /// An experiment commands the valve or the force.
+    Open = 4,
 }
 
 impl State {
     /// The state of a code.
     pub fn from_code(code: u8) -> Option<Self> {
-        [Self::Init, Self::Idle, Self::Track, Self::Fault]
+        [Self::Init, Self::Idle, Self::Track, Self::Fault, Self::Open]
             .into_iter()
             .find(|state| *state as u8 == code)
     }

@@ -10,9 +10,8 @@ use firmware::fault::Fault;
 use firmware::link::{self, Order};
 use host_sim::board::port::Port;
 use host_sim::board::twin::Twin;
-use host_sim::cli::board::{
-    BoardArguments, BoardOrder, BoardPort, MoveArguments, run as tell_board,
-};
+use host_sim::cli::board::{BoardArguments, BoardOrder, MoveArguments, run as tell_board};
+use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::controller::{ControllerArguments, run as controller};
 use host_sim::cli::record::{RecordArguments, run as record};
 use host_sim::cli::settings::{SettingsArguments, run as settings};

@@ -210,12 +210,12 @@ impl Supervisor {
         self.settled_ticks = 0;
     }
 
-    /// Judges a sample; the state in which its command is made.
+    /// Judges a sample and what is asked of the loop; the state in which its command is made.
     #[inline]
     pub fn step(
         &mut self,
         axis: &Axis<f32>,
-        sample: &Sample,
+        (sample, reference): (&Sample, &Reference<f32>),
         measured: &Measurements<f32>,
     ) -> State {
         if self.state == State::Fault {
@@ -224,10 +224,10 @@ impl Supervisor {
         match self
             .pending
             .take()
-            .or_else(|| self.judge(axis, sample, measured))
+            .or_else(|| self.judge(axis, (sample, reference), measured))
         {
             Some(finding) => self.trip(finding, sample.tick),
-            None => self.go_on(sample),
+            None => self.go_on(reference),
         }
         self.state
     }
@@ -249,13 +249,13 @@ impl Supervisor {
         self.counters.faults = self.counters.faults.saturating_add(1);
     }
 
-    fn go_on(&mut self, sample: &Sample) {
+    fn go_on(&mut self, reference: &Reference<f32>) {
         let is_settled = self.settled_ticks >= self.limits.settle_ticks;
         self.settled_ticks = self.settled_ticks.saturating_add(1);
         if !is_settled {
             return;
         }
-        self.state = if stream::is_nothing(&sample.reference) {
+        self.state = if stream::is_nothing(reference) {
             State::Idle
         } else {
             State::Track
@@ -299,7 +299,7 @@ impl Supervisor {
     fn judge(
         &mut self,
         axis: &Axis<f32>,
-        sample: &Sample,
+        (sample, reference): (&Sample, &Reference<f32>),
         measured: &Measurements<f32>,
     ) -> Option<Finding> {
         let limits = &self.limits;
@@ -315,11 +315,7 @@ impl Supervisor {
         limits
             .range
             .check(&sample.codes, measured)
-            .or_else(|| {
-                limits
-                    .stream
-                    .check_reference(stream, &sample.reference, elapsed_s)
-            })
+            .or_else(|| limits.stream.check_reference(stream, reference, elapsed_s))
             .or_else(|| {
                 // A sample of the same tick again adds nothing.
                 if elapsed == 0 {

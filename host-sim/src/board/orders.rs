@@ -146,6 +146,18 @@ fn settled_status(port: &mut Port) -> Result<Status, OrderError> {
     }
 }
 
+/// Whether the board may be asked to move: no fault, and settings of a rig.
+pub fn ready(port: &mut Port) -> Result<Status, OrderError> {
+    let now = status(port)?;
+    if now.state == State::Fault {
+        return Err(in_fault(&now));
+    }
+    if now.has_built_in_settings {
+        return Err(OrderError::BuiltInSettings);
+    }
+    Ok(now)
+}
+
 /// Has the board stream every `decimation`-th tick; what it says to that.
 pub fn begin_stream(port: &mut Port, decimation: u16) -> Result<Streaming, OrderError> {
     ask(port, &stream(decimation), |payload| {
@@ -154,7 +166,7 @@ pub fn begin_stream(port: &mut Port, decimation: u16) -> Result<Streaming, Order
 }
 
 /// Sends a question until its answer comes; other frames are passed over.
-fn ask<Answer>(
+pub(super) fn ask<Answer>(
     port: &mut Port,
     question: &[u8],
     read: impl Fn(&[u8]) -> Option<Answer>,
@@ -219,13 +231,7 @@ pub fn go(
         let [to, lowest, highest] = [wish.to_m, lowest_m, highest_m].map(|place_m| 1e3 * place_m);
         return Err(OrderError::OutOfReach(to, lowest, highest));
     }
-    let before = status(port)?;
-    if before.state == State::Fault {
-        return Err(in_fault(&before));
-    }
-    if before.has_built_in_settings {
-        return Err(OrderError::BuiltInSettings);
-    }
+    ready(port)?;
     let streaming = begin_stream(port, DECIMATION)?;
     let outcome = watched(port, wish, &streaming, &mut watch);
     let ended = match &outcome {

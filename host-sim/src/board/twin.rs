@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use firmware::codes::DacCode;
 use firmware::control_task::ControlTask;
 use firmware::crash;
+use firmware::experiment::frames as experiment;
 use firmware::link::{self, FromPlant, Order};
 use firmware::settings::record::LONGEST_RECORD;
 use firmware::settings::slots::{Slot, SlotStorage, Slots, StorageFault};
@@ -174,7 +175,10 @@ impl Twin {
     /// Does what a frame asks for.
     fn take<S: Write>(&mut self, payload: &[u8], wire: &mut Wire<S>) -> io::Result<()> {
         match link::from_plant(payload) {
-            Some(FromPlant::Reference(reference)) => self.reference = reference,
+            Some(FromPlant::Reference(reference)) => {
+                self.task.let_go();
+                self.reference = reference;
+            }
             Some(FromPlant::Order(order @ (Order::Acknowledge | Order::Inject(_)))) => {
                 self.task.obey(order);
             }
@@ -195,6 +199,9 @@ impl Twin {
                 decimation,
                 tick_period_ns: period_ns,
             }));
+        }
+        if let Some(wish) = experiment::read_request(payload) {
+            return wire.send(&self.task.serve_experiment(&wish).payload());
         }
         if crash::is_asked(payload) {
             return wire.send(&crash::told(None));

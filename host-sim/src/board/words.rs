@@ -65,6 +65,7 @@ pub fn state(state: State) -> &'static str {
         State::Idle => "idle: axis released, valve at its null",
         State::Track => "tracking: the load follows the reference",
         State::Fault => "in fault: the valve is at its null",
+        State::Open => "experiment: valve or force as its program says",
     }
 }
 
@@ -132,7 +133,7 @@ pub fn lines(status: &Status) -> Vec<String> {
 }
 
 /// Which program a board runs, and what a tick costs there; none of a status that does not say.
-fn program(status: &Status) -> Option<String> {
+pub fn program(status: &Status) -> Option<String> {
     let (program, cost) = (&status.program, &status.tick_cost);
     let [major, minor, patch] = program.version;
     let us = |tenths: u16| number::fixed(f64::from(tenths) / 10.0, 1);

@@ -1,17 +1,18 @@
 //! `pneuma board`: what a person tells a board.
 
 use super::CommandError;
+use super::board_port::{BoardPort, with_board};
+use super::board_run::{self, RunArguments};
 use super::inputs::{bad_input, read_rig};
 use super::stop::stop_wish;
 use crate::board::orders::{self, Move, OrderError, Progress};
-use crate::board::port::{BAUD, Port};
+use crate::board::port::Port;
 use crate::board::twin::Twin;
 use crate::board::words;
 use crate::model::AxisFault;
 use crate::plant::PlantSettings;
 use crate::report::number;
 use crate::rig::RigError;
-use crate::text::file_name;
 use clap::{Args, Subcommand};
 use firmware::status::Status;
 use firmware::tick::State;
@@ -32,17 +33,6 @@ pub struct BoardArguments {
     pub order: BoardOrder,
 }
 
-/// Where a board is.
-#[derive(Args, Clone, Debug)]
-pub struct BoardPort {
-    /// The board's serial port, or HOST:PORT.
-    #[arg(long)]
-    pub serial: String,
-    /// Rate of the serial port.
-    #[arg(long, default_value_t = BAUD)]
-    pub baud: u32,
-}
-
 /// What a board is told.
 #[derive(Clone, Debug, Subcommand)]
 pub enum BoardOrder {
@@ -55,8 +45,10 @@ pub enum BoardOrder {
     /// Move the load to a place and tell how near it came. The board holds it
     /// there until it is told otherwise; Ctrl-C on the way stops it.
     Move(MoveArguments),
-    /// Release the axis: valve to null: the valve goes to its null.
+    /// Release the axis: valve to null. Ends an experiment too.
     Stop(BoardPort),
+    /// Have the board run an experiment by itself, and record it.
+    Run(RunArguments),
     /// Simulate a board: the firmware's code before a simulated axis, to try out what
     /// one would do to a real one. Serves one host after the other until Ctrl-C.
     Twin(TwinArguments),
@@ -123,34 +115,8 @@ pub fn run(arguments: &BoardArguments, out: &mut dyn Write) -> Result<(), Comman
             out,
         ),
         BoardOrder::Move(wish) => go(wish, out),
+        BoardOrder::Run(experiment) => board_run::run(experiment, out),
         BoardOrder::Twin(twin) => be_a_board(twin, out),
-    }
-}
-
-fn with_board(
-    at: &BoardPort,
-    order: impl FnOnce(&mut Port) -> Result<Vec<String>, OrderError>,
-    out: &mut dyn Write,
-) -> Result<(), CommandError> {
-    let name = file_name(&at.serial);
-    let mut port = Port::open(&at.serial, at.baud).map_err(bad_input)?;
-    let lines = order(&mut port).map_err(|error| not_done(&at.serial, &error))?;
-    for (number, line) in lines.iter().enumerate() {
-        let begin = if number == 0 {
-            format!("{name}: ")
-        } else {
-            "  ".into()
-        };
-        writeln!(out, "{begin}{line}")?;
-    }
-    Ok(out.flush()?)
-}
-
-/// One line that begins with the port's name.
-pub(super) fn not_done(serial: &str, error: &OrderError) -> CommandError {
-    match error {
-        OrderError::Port(error) => bad_input(error),
-        error => bad_input(format!("{}: {error}", file_name(serial))),
     }
 }
 

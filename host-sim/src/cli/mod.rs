@@ -2,6 +2,8 @@
 //! input is one line on standard error and status 2.
 
 pub mod board;
+pub mod board_port;
+pub mod board_run;
 pub mod check;
 pub mod closed_loop;
 pub mod compare;

@@ -10,7 +10,7 @@ use firmware::telemetry::{read_tick, stream};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CommandError;
-use super::board::not_done;
+use super::board_port::not_done;
 use super::inputs::{bad_input, read_rig, spinner};
 use super::outputs::{cannot_write, check_outputs};
 use super::stop::stop_wish;

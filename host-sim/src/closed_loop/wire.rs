@@ -7,6 +7,7 @@
 use super::drive::{Drive, DriveError};
 use crate::wire::Wire;
 use firmware::control_task::ControlTask;
+use firmware::experiment::frames as experiment;
 use firmware::link::{self, CommandRecord, FromPlant, Order, Payload};
 use firmware::start::ResetCause;
 use firmware::tick::Sample;
@@ -150,7 +151,11 @@ pub fn serve<S: Read + Write>(
                 wire.send(&task.status(ResetCause::Unknown, false).payload())?;
             }
             // A reference without a sample is for a board with sensors of its own.
-            Some(FromPlant::Reference(_)) | None => unread += 1,
+            Some(FromPlant::Reference(_)) => unread += 1,
+            None => match experiment::read_request(&payload) {
+                Some(wish) => wire.send(&task.serve_experiment(&wish).payload())?,
+                None => unread += 1,
+            },
         }
     }
     served.dropped = u64::from(wire.dropped()) + unread;

@@ -72,6 +72,15 @@ impl<R: Copy> Estimate<R> {
     }
 }
 
+/// What an experiment wishes of an axis at a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wish<R> {
+    /// A command, V.
+    Command(R),
+    /// Gas and known loads are to push along +x with this, N: the force loop alone.
+    Force(R),
+}
+
 /// What the controller decides at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Action<R> {
@@ -355,6 +364,35 @@ impl<R: Real> Controller<R> {
         state.feedforward = Feedforward::holding(self.gas_force_n(state), self.stiffness());
         state.rest = Rest::left();
         self.action(state)
+    }
+
+    /// One tick of an experiment: valve or force as somebody else says. A reference that comes
+    /// later begins anew.
+    #[inline(never)]
+    pub fn try_out(
+        &self,
+        state: &mut ControllerState<R>,
+        measured: &Measurements<R>,
+        wish: &Wish<R>,
+    ) -> Action<R> {
+        self.idle(state, measured);
+        let command_v = match wish {
+            Wish::Command(command_v) => *command_v,
+            Wish::Force(wanted_n) => self.pressed_v(state, *wanted_n),
+        };
+        let [lowest_v, highest_v] = COMMAND_RANGE_V.map(R::from_f64);
+        state.command_v = command_v.clamp(lowest_v, highest_v);
+        self.action(state)
+    }
+
+    /// The command of the force loop alone, V.
+    fn pressed_v(&self, state: &ControllerState<R>, wanted_n: R) -> R {
+        let rates = self.rates(state, state.observer.carriage.velocity_m_per_s);
+        let missing_n = wanted_n - self.gas_force_n(state);
+        let on_the_way_n = self.on_the_way_n(state, &rates, R::ZERO);
+        let rate = self.gains.force_per_s * (missing_n - on_the_way_n);
+        let command_v = rates.command_v(&self.axis, rate);
+        state.observer.edges.done(command_v, self.null_v())
     }
 
     /// One tick of following a reference.

@@ -1,0 +1,262 @@
+//! Experiments: a program of steps that the board runs by itself at every tick, within an envelope
+//! that it keeps itself.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `step` | what a step is, its bytes, its ranges |
+//! | `course` | what a step asks for at a tick |
+//! | `envelope` | place, speed, pressures and force that a run keeps to |
+//! | `frames` | what host and board say of it |
+//!
+//! A program is sent in pieces and run only if its CRC is the one that the host names. A run ends
+//! with its last step, or at once where a measured value leaves the envelope, where the host has been
+//! silent for [`SILENCE_S`], at a fault, and at any wish to stop: the same tick commands the
+//! valve's null. Shut, the valve does not hold a moving load; the envelope is to leave it room.
+
+mod course;
+mod envelope;
+pub mod frames;
+mod step;
+
+pub use course::Asked;
+pub use envelope::{Bound, Envelope};
+pub use step::{Defect, MOST_STEPS, Step};
+
+use course::Course;
+use frames::{Report, Request};
+use heapless::Vec;
+use model_core::controller::Measurements;
+use step::STEP_BYTES;
+
+/// A host that says nothing for so long is gone, s.
+pub const SILENCE_S: f32 = 0.5;
+
+/// Where a program stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Stage {
+    /// No whole program.
+    #[default]
+    Empty = 0,
+    /// A program that may be run.
+    Ready = 1,
+    /// It runs.
+    Running = 2,
+    /// It ran to its end.
+    Done = 3,
+    /// It was ended before.
+    Ended = 4,
+}
+
+/// Why a run ended before its end, or was not begun.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Reason {
+    /// It did not.
+    #[default]
+    None = 0,
+    /// The load left the places of the envelope.
+    Position = 1,
+    /// It was faster than the envelope allows.
+    Speed = 2,
+    /// A chamber's pressure left the envelope.
+    Pressure = 3,
+    /// The gas pushed harder than the envelope allows.
+    Force = 4,
+    /// The host fell silent.
+    HostSilent = 5,
+    /// Somebody wished it.
+    Stopped = 6,
+    /// The board is in fault.
+    Fault = 7,
+    /// Not begun: the axis is not idle.
+    NotIdle = 8,
+    /// Not begun: the load moves.
+    NotAtRest = 9,
+    /// Not begun: the program on the board is another one, or not whole.
+    NotThisProgram = 10,
+    /// Refused: a step or the envelope is impossible.
+    Impossible = 11,
+}
+
+/// A run under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Run {
+    place: u8,
+    course: Course,
+    /// Time since the host was heard, s.
+    silent_s: f32,
+}
+
+/// The program, and how it stands.
+#[derive(Clone, Debug, Default)]
+pub struct Experiment {
+    envelope: Envelope,
+    bytes: Vec<u8, { MOST_STEPS * STEP_BYTES }>,
+    stage: Stage,
+    reason: Reason,
+    /// The step that runs, or ran last, or is impossible.
+    place: u8,
+    /// What left the envelope, in its unit.
+    value: f32,
+    /// Tick at which it began or ended.
+    tick: u32,
+    run: Option<Run>,
+}
+
+/// What must hold for a run to begin.
+#[derive(Clone, Copy, Debug)]
+pub struct Readiness {
+    /// The axis is idle.
+    pub is_idle: bool,
+    /// The load stands.
+    pub stands: bool,
+}
+
+impl Experiment {
+    /// Does what the host asks for; what it is told then.
+    pub fn serve(&mut self, request: &Request<'_>, ready: Readiness) -> Report {
+        match request {
+            Request::Guard(envelope) => self.guard(*envelope),
+            Request::Load { first, steps } => self.load(usize::from(*first), steps),
+            Request::Run { crc } => self.begin(*crc, ready),
+            Request::Alive => {
+                if let Some(run) = &mut self.run {
+                    run.silent_s = 0.0;
+                }
+            }
+            Request::Halt => self.halt(Reason::Stopped),
+        }
+        self.report()
+    }
+
+    /// How it stands.
+    pub fn report(&self) -> Report {
+        Report {
+            stage: self.stage,
+            reason: self.reason,
+            place: self.place,
+            tick: self.tick,
+            value: self.value,
+        }
+    }
+
+    /// Whether a run is under way.
+    pub fn is_running(&self) -> bool {
+        self.run.is_some()
+    }
+
+    /// Ends a run, if there is one.
+    pub fn halt(&mut self, reason: Reason) {
+        if self.run.take().is_some() {
+            self.stage = Stage::Ended;
+            self.reason = reason;
+        }
+    }
+
+    /// A new envelope begins a new program.
+    fn guard(&mut self, envelope: Envelope) {
+        self.halt(Reason::Stopped);
+        self.bytes.clear();
+        self.stage = Stage::Empty;
+        self.reason = if envelope.is_possible() {
+            Reason::None
+        } else {
+            Reason::Impossible
+        };
+        self.envelope = envelope;
+    }
+
+    /// Takes steps that follow those that are there; the same ones again change nothing.
+    fn load(&mut self, first: usize, steps: &[u8]) {
+        self.halt(Reason::Stopped);
+        self.stage = Stage::Empty;
+        let at = first * STEP_BYTES;
+        self.place = u8::try_from(first).unwrap_or(u8::MAX);
+        self.reason = Reason::Impossible;
+        if at > self.bytes.len() || !steps.len().is_multiple_of(STEP_BYTES) {
+            return;
+        }
+        self.bytes.truncate(at);
+        for bytes in steps.chunks_exact(STEP_BYTES) {
+            let is_sound = Step::read(bytes).is_some_and(|step| step.defect().is_none());
+            if !is_sound || self.bytes.extend_from_slice(bytes).is_err() {
+                return;
+            }
+            self.place = self.place.saturating_add(1);
+        }
+        if self.envelope.is_possible() {
+            (self.stage, self.reason) = (Stage::Ready, Reason::None);
+        }
+    }
+
+    fn begin(&mut self, crc: u32, ready: Readiness) {
+        if self.is_running() {
+            return;
+        }
+        let is_this = self.stage != Stage::Empty && frames::crc(&self.envelope, &self.bytes) == crc;
+        self.reason = if !is_this {
+            Reason::NotThisProgram
+        } else if !ready.is_idle {
+            Reason::NotIdle
+        } else if !ready.stands {
+            Reason::NotAtRest
+        } else {
+            Reason::None
+        };
+        let first = self.step_at(0).filter(|_| self.reason == Reason::None);
+        if let Some(first) = first {
+            self.run = Some(Run {
+                place: 0,
+                course: Course::new(first),
+                silent_s: 0.0,
+            });
+            self.stage = Stage::Running;
+            self.place = 0;
+        }
+    }
+
+    fn step_at(&self, place: u8) -> Option<Step> {
+        let at = usize::from(place) * STEP_BYTES;
+        Step::read(self.bytes.get(at..at + STEP_BYTES)?)
+    }
+
+    /// What is asked for at a tick; none where nothing runs. `force_n` is what the gas pushes with.
+    #[inline]
+    pub fn step(
+        &mut self,
+        (tick, dt_s): (u32, f32),
+        measured: &Measurements<f32>,
+        force_n: f32,
+    ) -> Option<Asked> {
+        let mut run = self.run.take()?;
+        self.tick = tick;
+        run.silent_s += dt_s;
+        if let Some((bound, value)) = self.envelope.left(measured, force_n) {
+            return self.end(bound.reason(), value);
+        }
+        if run.silent_s > SILENCE_S {
+            return self.end(Reason::HostSilent, run.silent_s);
+        }
+        if run.course.is_over() {
+            let place = run.place.wrapping_add(1);
+            let Some(next) = self.step_at(place) else {
+                self.stage = Stage::Done;
+                return None;
+            };
+            run.place = place;
+            run.course = run.course.followed_by(next);
+        }
+        let asked = run.course.step(dt_s, measured.position_m);
+        self.place = run.place;
+        self.run = Some(run);
+        Some(asked)
+    }
+
+    fn end(&mut self, reason: Reason, value: f32) -> Option<Asked> {
+        self.stage = Stage::Ended;
+        self.reason = reason;
+        self.value = value;
+        None
+    }
+}
