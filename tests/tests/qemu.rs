@@ -6,6 +6,7 @@
 use firmware::codes::AdcCodes;
 use firmware::control_task::ControlTask;
 use firmware::cost::Report;
+use firmware::experiment::{Envelope, Stage, Step, frames};
 use firmware::settings::transfer::{self, Verdict};
 use firmware::settings::{Settings, record};
 use firmware::status::Status;
@@ -219,5 +220,132 @@ impl Random {
                 acceleration_m_per_s2: value(),
             },
         }
+    }
+}
+
+/// The most instructions of a tick, see `cargo xtask size`.
+const MOST_INSTRUCTIONS: u64 = 6000;
+
+/// A program of every kind of step: loop, valve, force. The same bytes on host and chip, and no tick
+/// dearer than it may be.
+#[test]
+fn val_an_experiment_runs_in_qemu_as_on_the_host() {
+    let Some(image) = image() else { return };
+    let envelope = Envelope {
+        position_m: [-0.2, 0.2],
+        speed_m_per_s: 1.9,
+        pressure_pa: [2e4, 9.5e5],
+        force_n: 400.0,
+    };
+    let steps = every_kind_of_step();
+    let bytes: Vec<u8> = steps.iter().flat_map(Step::bytes).collect();
+    let machine = start(&image, &[]);
+    let mut end = Experimented {
+        link: Link::connect(&machine).expect("the firmware greets"),
+        host: host_controller(&Settings::built_in()),
+        plant: Plant::default(),
+        codes: Vec::new(),
+    };
+    end.goes_on(100);
+    end.asks(&frames::guard(&envelope));
+    end.asks(&frames::load(0, &steps).expect("it fits"));
+    let begun = end.asks(&frames::run(frames::crc(&envelope, &bytes)));
+    assert_eq!(begun.stage, Stage::Running, "{begun:?}");
+    let mut report = begun;
+    while report.stage == Stage::Running {
+        end.goes_on(100);
+        report = end.asks(&frames::alive());
+    }
+    assert_eq!(report.stage, Stage::Done, "{report:?}");
+    let travelled = end.codes.iter().max().zip(end.codes.iter().min());
+    let (most, least) = travelled.expect("ticks");
+    assert!(
+        most - least > 5000,
+        "the valve was opened: {least} to {most}"
+    );
+    let cost = end.link.end().expect("it tells of itself");
+    let per_count = 1_000_000_000 / u64::from(cost.counts_per_s);
+    let worst = u64::from(cost.cost.worst_counts) * per_count;
+    println!("{worst} instructions at the most");
+    assert!(worst <= MOST_INSTRUCTIONS, "{worst} instructions");
+    let status = machine.wait(Duration::from_secs(10)).expect("it ends");
+    assert!(status.success(), "{status}");
+}
+
+fn every_kind_of_step() -> [Step; 8] {
+    let seconds = 0.5;
+    [
+        Step::Move {
+            seconds,
+            to_m: 0.02,
+        },
+        Step::Hold { seconds },
+        Step::Sine {
+            seconds: 2.0,
+            amplitude_m: 0.02,
+            frequency_hz: 1.0,
+        },
+        Step::Opening {
+            seconds,
+            from_v: -0.4,
+            to_v: 0.4,
+        },
+        Step::Chirp {
+            seconds,
+            amplitude_v: 0.5,
+            from_hz: 4.0,
+            to_hz: 12.0,
+        },
+        Step::Multisine {
+            seconds,
+            rms_v: 0.3,
+            base_hz: 2.0,
+        },
+        Step::Bursts {
+            seconds,
+            amplitude_v: 0.6,
+            shortest_s: 0.02,
+            longest_s: 0.05,
+        },
+        Step::Force {
+            seconds,
+            force_n: 20.0,
+        },
+    ]
+}
+
+/// Firmware and host before the same plant, both asked the same.
+struct Experimented {
+    link: Link,
+    host: ControlTask,
+    plant: Plant,
+    codes: Vec<u16>,
+}
+
+impl Experimented {
+    /// Ticks without a reference of the plant's.
+    fn goes_on(&mut self, ticks: u32) {
+        for _ in 0..ticks {
+            let sample = Sample {
+                reference: Reference::at(f32::NAN),
+                ..self.plant.sample()
+            };
+            let expected = link::command(&self.host.tick(&sample));
+            let answer = self.link.exchange(&sample).expect("it answers");
+            assert_eq!(answer[..], expected[..], "tick {}", sample.tick);
+            let command = link::read_command(&answer).expect("a command");
+            self.codes.push(command.valve.0);
+            self.plant.apply(&command);
+        }
+    }
+
+    /// What both report, the same.
+    fn asks(&mut self, payload: &[u8]) -> frames::Report {
+        self.link.send(payload).expect("it is sent");
+        let answer = self.link.receive().expect("it answers");
+        let request = frames::read_request(payload).expect("a request");
+        let expected = self.host.serve_experiment(&request).payload();
+        assert_eq!(answer[..], expected[..]);
+        frames::Report::read(&answer).expect("a report")
     }
 }

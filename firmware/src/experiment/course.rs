@@ -56,6 +56,7 @@ pub(super) struct Course {
     place_m: Option<f32>,
     /// Turns of a wave.
     turns: f32,
+    swing: Swing,
     pulse: Pulse,
 }
 
@@ -79,6 +80,7 @@ impl Course {
             time_s: 0.0,
             place_m: None,
             turns: 0.0,
+            swing: Swing::default(),
             pulse: Pulse {
                 random: SEED,
                 length_s: 0.0,
@@ -89,12 +91,12 @@ impl Course {
         }
     }
 
-    /// The next step.
-    pub(super) fn followed_by(&self, step: Step) -> Self {
-        Self {
+    /// Goes on with the next step.
+    pub(super) fn follow_with(&mut self, step: Step) {
+        *self = Self {
             place_m: self.place_m,
             ..Self::new(step)
-        }
+        };
     }
 
     pub(super) fn is_over(&self) -> bool {
@@ -157,8 +159,8 @@ impl Course {
                 ..
             } => {
                 let centre_m = *self.place_m.get_or_insert(position_m);
-                let turns = self.turned(frequency_hz * dt_s);
-                Asked::Reference(swing(centre_m, amplitude_m, frequency_hz, turns))
+                let wave = self.swing.step(frequency_hz * dt_s);
+                Asked::Reference(swing(centre_m, amplitude_m, frequency_hz, wave))
             }
         }
     }
@@ -172,8 +174,44 @@ impl Course {
     }
 }
 
-fn swing(centre_m: f32, amplitude_m: f32, frequency_hz: f32, turns: f32) -> Reference<f32> {
-    let (cosine, sine) = cosine_sine_of_turns(turns);
+/// Cosine and sine of an angle that grows by the same at every tick, turned on instead of computed
+/// anew: beside the loop a tick has no time to spare.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Swing {
+    /// Of the angle of now; noughts before the first tick.
+    now: [f32; 2],
+    /// Of what it grows by.
+    by: [f32; 2],
+}
+
+impl Swing {
+    #[inline]
+    fn step(&mut self, turns: f32) -> [f32; 2] {
+        let [cosine, sine] = self.now;
+        if cosine == 0.0 && sine == 0.0 {
+            let (cosine, sine) = cosine_sine_of_turns(turns);
+            self.by = [cosine, sine];
+            self.now = [1.0, 0.0];
+        } else {
+            let [by_cosine, by_sine] = self.by;
+            let turned = [
+                cosine * by_cosine - sine * by_sine,
+                sine * by_cosine + cosine * by_sine,
+            ];
+            // Newton's step towards a length of 1: rounding does not add up.
+            let length = 1.5 - 0.5 * (turned[0] * turned[0] + turned[1] * turned[1]);
+            self.now = turned.map(|one| one * length);
+        }
+        self.now
+    }
+}
+
+fn swing(
+    centre_m: f32,
+    amplitude_m: f32,
+    frequency_hz: f32,
+    [cosine, sine]: [f32; 2],
+) -> Reference<f32> {
     let per_s = TWO_PI * frequency_hz;
     Reference {
         position_m: centre_m + amplitude_m * sine,
@@ -280,6 +318,18 @@ mod tests {
         assert!(all.iter().all(|one| one.abs() <= 1.0));
     }
 
+    /// A minute of a sine keeps amplitude and phase.
+    #[test]
+    fn val_a_turned_sine_is_the_sine() {
+        let mut swing = Swing::default();
+        for tick in 0..60_000_u32 {
+            let [cosine, sine] = swing.step(0.5e-3);
+            let angle = f64::from(tick) * 0.5e-3 * core::f64::consts::TAU;
+            let off = (f64::from(cosine) - angle.cos()).hypot(f64::from(sine) - angle.sin());
+            assert!(off < 2e-3, "{off} at {tick}");
+        }
+    }
+
     #[test]
     fn prop_pulses_go_there_and_back_and_rest() {
         let all = openings(Step::Bursts {
@@ -305,16 +355,16 @@ mod tests {
         let mut course = Course::new(moved);
         let at = |place_m: f32| Asked::Reference(Reference::at(place_m));
         assert_eq!(course.step(DT_S, 0.01), at(0.05));
-        let mut course = course.followed_by(hold);
+        course.follow_with(hold);
         assert_eq!(course.step(DT_S, 0.049), at(0.05));
         let open = Step::Opening {
             seconds: DT_S,
             from_v: 0.0,
             to_v: 0.0,
         };
-        let mut course = course.followed_by(open);
+        course.follow_with(open);
         assert_eq!(course.step(DT_S, 0.05), Asked::Opening(0.0));
-        let mut course = course.followed_by(hold);
+        course.follow_with(hold);
         assert_eq!(course.step(DT_S, 0.031), at(0.031));
         assert_eq!(course.step(DT_S, 0.032), at(0.031));
     }

@@ -80,7 +80,20 @@ impl Envelope {
     /// What is beyond it, and its value.
     #[inline]
     pub(super) fn left(&self, now: &Measurements<f32>, force_n: f32) -> Option<(Bound, f32)> {
-        let is_beyond = |value: f32, [low, high]: [f32; 2]| !(value >= low && value <= high);
+        let is_kept = is_within(now.position_m, self.position_m)
+            && now.velocity_m_per_s.abs() <= self.speed_m_per_s
+            && is_within(now.pressure_a_pa, self.pressure_pa)
+            && is_within(now.pressure_b_pa, self.pressure_pa)
+            && force_n.abs() <= self.force_n;
+        if is_kept {
+            None
+        } else {
+            self.first_left(now, force_n)
+        }
+    }
+
+    #[cold]
+    fn first_left(&self, now: &Measurements<f32>, force_n: f32) -> Option<(Bound, f32)> {
         let both = |most: f32| [-most, most];
         [
             (Bound::Position, now.position_m, self.position_m),
@@ -90,7 +103,13 @@ impl Envelope {
             (Bound::Force, force_n, both(self.force_n)),
         ]
         .into_iter()
-        .find(|(_, value, range)| is_beyond(*value, *range))
+        .find(|(_, value, range)| !is_within(*value, *range))
         .map(|(bound, value, _)| (bound, value))
     }
+}
+
+/// A value that is no number is not.
+#[inline]
+fn is_within(value: f32, [low, high]: [f32; 2]) -> bool {
+    value >= low && value <= high
 }

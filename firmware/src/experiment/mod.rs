@@ -82,7 +82,6 @@ pub enum Reason {
 /// A run under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Run {
-    place: u8,
     course: Course,
     /// Time since the host was heard, s.
     silent_s: f32,
@@ -204,21 +203,15 @@ impl Experiment {
         } else {
             Reason::None
         };
-        let first = self.step_at(0).filter(|_| self.reason == Reason::None);
+        let first = step_at(&self.bytes, 0).filter(|_| self.reason == Reason::None);
         if let Some(first) = first {
             self.run = Some(Run {
-                place: 0,
                 course: Course::new(first),
                 silent_s: 0.0,
             });
             self.stage = Stage::Running;
             self.place = 0;
         }
-    }
-
-    fn step_at(&self, place: u8) -> Option<Step> {
-        let at = usize::from(place) * STEP_BYTES;
-        Step::read(self.bytes.get(at..at + STEP_BYTES)?)
     }
 
     /// What is asked for at a tick; none where nothing runs. `force_n` is what the gas pushes with.
@@ -229,34 +222,33 @@ impl Experiment {
         measured: &Measurements<f32>,
         force_n: f32,
     ) -> Option<Asked> {
-        let mut run = self.run.take()?;
+        let run = self.run.as_mut()?;
         self.tick = tick;
         run.silent_s += dt_s;
-        if let Some((bound, value)) = self.envelope.left(measured, force_n) {
-            return self.end(bound.reason(), value);
-        }
-        if run.silent_s > SILENCE_S {
-            return self.end(Reason::HostSilent, run.silent_s);
+        let is_silent = run.silent_s > SILENCE_S;
+        let left = self.envelope.left(measured, force_n);
+        let left = left.map(|(bound, value)| (bound.reason(), value));
+        if let Some((reason, value)) = left.or(is_silent.then_some((Reason::HostSilent, SILENCE_S)))
+        {
+            self.value = value;
+            self.halt(reason);
+            return None;
         }
         if run.course.is_over() {
-            let place = run.place.wrapping_add(1);
-            let Some(next) = self.step_at(place) else {
+            self.place = self.place.wrapping_add(1);
+            let Some(next) = step_at(&self.bytes, self.place) else {
+                self.place = self.place.wrapping_sub(1);
+                self.run = None;
                 self.stage = Stage::Done;
                 return None;
             };
-            run.place = place;
-            run.course = run.course.followed_by(next);
+            run.course.follow_with(next);
         }
-        let asked = run.course.step(dt_s, measured.position_m);
-        self.place = run.place;
-        self.run = Some(run);
-        Some(asked)
+        Some(run.course.step(dt_s, measured.position_m))
     }
+}
 
-    fn end(&mut self, reason: Reason, value: f32) -> Option<Asked> {
-        self.stage = Stage::Ended;
-        self.reason = reason;
-        self.value = value;
-        None
-    }
+fn step_at(bytes: &[u8], place: u8) -> Option<Step> {
+    let at = usize::from(place) * STEP_BYTES;
+    Step::read(bytes.get(at..at + STEP_BYTES)?)
 }
