@@ -176,10 +176,11 @@ impl ControlTask {
                 None
             }
             State::Init | State::Idle | State::Open => {
-                let null_v = self.null_v();
-                match tried.and_then(|tried| tried.wish(null_v)) {
-                    Some(wish) => self.try_out(&measured, &wish, sample.tick),
-                    None => self.observe(&measured, None, sample.tick),
+                let command_v = self.observe(&measured, None, sample.tick);
+                let wish = tried.and_then(|tried| tried.wish(self.null_v()));
+                match wish {
+                    Some(wish) if command_v.is_some() => self.try_out(&wish, sample.tick),
+                    _ => command_v,
                 }
             }
             State::Track => self.observe(&measured, Some(reference), sample.tick),
@@ -235,24 +236,20 @@ impl ControlTask {
         self.experiment.step((tick, axis.dt_s), measured, drive_n)
     }
 
-    /// One tick of the observer under what an experiment wishes.
+    /// The command for what an experiment wishes of valve or force. One that is no number is a
+    /// fault.
     #[inline(never)]
-    fn try_out(
-        &mut self,
-        measured: &Measurements<f32>,
-        wish: &Wish<f32>,
-        tick: u32,
-    ) -> Option<f32> {
-        let controller = &self.controller;
-        let memory = self
-            .memory
-            .get_or_insert_with(|| controller.begin(measured));
-        let action = controller.try_out(memory, measured, wish);
-        self.take(&action, tick)
+    fn try_out(&mut self, wish: &Wish<f32>, tick: u32) -> Option<f32> {
+        let command_v = self.controller.instead(self.memory.as_mut()?, wish);
+        if !command_v.is_finite() {
+            self.supervisor.trip(Fault::NotANumber.at(0), tick);
+            return None;
+        }
+        Some(command_v)
     }
 
     /// One tick of the observer, and of the controller where there is a
-    /// reference.
+    /// reference. A result that is no number is a fault.
     fn observe(
         &mut self,
         measured: &Measurements<f32>,
@@ -267,17 +264,10 @@ impl ControlTask {
             Some(reference) => controller.track(memory, measured, reference),
             None => controller.idle(memory, measured),
         };
-        self.take(&action, tick)
-    }
-
-    /// Takes an action over. A result that is no number is a fault.
-    fn take(&mut self, action: &Action<f32>, tick: u32) -> Option<f32> {
-        if let Some(memory) = &self.memory {
-            // The observer knows of delay, slew limit, spool and tubes what the rig does.
-            let felt_v = self.controller.felt_spool_v(memory);
-            self.supervisor.remember_spool(felt_v);
-        }
-        if is_finite(action) {
+        // The observer knows of delay, slew limit, spool and tubes what the rig does.
+        self.supervisor
+            .remember_spool(controller.felt_spool_v(memory));
+        if is_finite(&action) {
             self.estimate = action.estimate;
             Some(action.command_v)
         } else {

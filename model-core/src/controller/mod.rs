@@ -366,23 +366,17 @@ impl<R: Real> Controller<R> {
         self.action(state)
     }
 
-    /// One tick of an experiment: valve or force as somebody else says. A reference that comes
-    /// later begins anew.
+    /// The command for valve or force as somebody else says, V, in place of the null of a tick
+    /// that was [`idle`](Self::idle).
     #[inline(never)]
-    pub fn try_out(
-        &self,
-        state: &mut ControllerState<R>,
-        measured: &Measurements<R>,
-        wish: &Wish<R>,
-    ) -> Action<R> {
-        self.idle(state, measured);
+    pub fn instead(&self, state: &mut ControllerState<R>, wish: &Wish<R>) -> R {
         let command_v = match wish {
             Wish::Command(command_v) => *command_v,
             Wish::Force(wanted_n) => self.pressed_v(state, *wanted_n),
         };
         let [lowest_v, highest_v] = COMMAND_RANGE_V.map(R::from_f64);
         state.command_v = command_v.clamp(lowest_v, highest_v);
-        self.action(state)
+        state.command_v
     }
 
     /// The command of the force loop alone, V.
