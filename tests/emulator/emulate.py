@@ -281,6 +281,7 @@ def main():
         "valve": [what for _, what in chip.marks if what.startswith("valve")],
         "fault": world.fault(),
         "commands": world.commands[-20:],
+        "all_commands": world.commands,
         "control_cycles": {"mean": sum(steady) / len(steady), "worst": steady[-1]},
         "watchdog_longest": chip.watchdog.longest,
         "damaged_frames": world.frames.damaged,

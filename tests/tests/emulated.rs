@@ -4,13 +4,18 @@
 //!
 //! Without the emulator these tests say so and pass; in continuous integration they fail.
 
+use firmware::codes::AdcCodes;
+use firmware::control_task::ControlTask;
 use firmware::crash;
+use firmware::experiment::{Envelope, Step, frames as experiment};
 use firmware::link::Payload;
 use firmware::settings::{Settings, record, transfer};
+use firmware::tick::Sample;
 use host_sim::closed_loop::{Course, RemoteController, control_task, run, transcript};
 use host_sim::motion::{Limits, Motion, Segment};
 use host_sim::plant::{Plant, PlantSettings};
 use host_sim::rig::Rig;
+use model_core::reference::Reference;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
@@ -197,6 +202,75 @@ fn val_a_crash_is_told_after_the_reset() {
     assert!((0x0800_0000..0x0810_0000).contains(&crash.pc), "{crash:x?}");
 }
 
+/// An experiment on the image's own converter: the codes of the host's twin, from the tick on at
+/// which it begins.
+#[test]
+fn val_an_experiment_drives_the_converter_as_its_twin_does() {
+    let Some(image) = flashed() else { return };
+    let envelope = Envelope::from_array([-0.2, 0.2, 1.9, 2e4, 9.5e5, 400.0]);
+    let opening = |seconds: f32, from_v: f32, to_v: f32| Step::Opening {
+        seconds,
+        from_v,
+        to_v,
+    };
+    let steps = [
+        opening(0.1, 0.0, 0.5),
+        opening(0.1, 0.5, -0.5),
+        Step::Chirp {
+            seconds: 0.1,
+            amplitude_v: 0.4,
+            from_hz: 10.0,
+            to_hz: 30.0,
+        },
+    ];
+    let bytes: Vec<u8> = steps.iter().flat_map(Step::bytes).collect();
+    let sent = [
+        experiment::guard(&envelope),
+        experiment::load(0, &steps).expect("it fits"),
+        experiment::run(experiment::crc(&envelope, &bytes)),
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("frames").display().to_string();
+    std::fs::write(&file, digits_of(&sent)).expect("written");
+    let outcome = outcome(&image, &["--ticks", "450", "--send", &file]);
+    keeps_the_rules(&outcome, "experiment");
+    assert_eq!(outcome["fault"], serde_json::json!([0, 0]), "{outcome}");
+    let commands = outcome["all_commands"].as_array().expect("a list").iter();
+    let commands: Vec<u64> = commands
+        .map(|code| code.as_u64().expect("a code"))
+        .collect();
+    let expected = of_twin(&sent, 301);
+    assert!(expected.iter().max() > Some(&2200) && expected.iter().min() < Some(&1900));
+    let is_there = commands
+        .windows(expected.len())
+        .any(|part| part == expected);
+    assert!(is_there, "{commands:?} has not {expected:?}");
+}
+
+/// Codes of the converter that the host's twin writes at rest, once it is told this.
+fn of_twin(sent: &[Payload], ticks: u32) -> Vec<u64> {
+    let paper = include_str!("../../host-sim/rigs/paper.toml");
+    let paper = Rig::parse(paper, "paper.toml").expect("the paper's rig");
+    let mut task = control_task(&paper).expect("a controller");
+    let tick = |number: u32, task: &mut ControlTask| {
+        let command = task.tick(&Sample {
+            tick: number,
+            codes: AdcCodes::from_array([32768, 26208, 26208, 39320, 32768]),
+            reference: Reference::at(f32::NAN),
+        });
+        u64::from(command.valve.0 >> 4)
+    };
+    for number in 1..100 {
+        tick(number, &mut task);
+    }
+    for payload in sent {
+        task.serve_experiment(&experiment::read_request(payload).expect("a request"));
+    }
+    (100..100 + ticks)
+        .map(|number| tick(number, &mut task))
+        .collect()
+}
+
 /// Null of the settings that are in use, of those before them, and of those that are sent, V.
 const NULLS_V: [f32; 3] = [5.0, 4.8, 5.2];
 
@@ -228,8 +302,13 @@ fn frames(settings: &Settings) -> String {
         offset += transfer::LONGEST_CHUNK;
     }
     frames.push(transfer::commit());
+    digits_of(&frames)
+}
+
+/// Payloads as the emulator reads them.
+fn digits_of(payloads: &[Payload]) -> String {
     let digits = |frame: &Payload| frame.iter().map(|byte| format!("{byte:02x}")).collect();
-    let lines: Vec<String> = frames.iter().map(digits).collect();
+    let lines: Vec<String> = payloads.iter().map(digits).collect();
     lines.join("\n")
 }
 
