@@ -98,7 +98,7 @@ impl Board {
     }
 
     /// Runs with a host that is there until the experiment has ended; what was commanded.
-    fn to_the_end(&mut self) -> (Vec<(Sample, Command)>, Report) {
+    fn until_ended(&mut self) -> (Vec<(Sample, Command)>, Report) {
         let mut all = Vec::new();
         loop {
             let report = self.serve(&frames::alive());
@@ -129,7 +129,7 @@ fn val_the_valve_opens_as_the_program_says() {
     let mut board = Board::idle();
     let null_v = 0.0;
     board.begin(&WIDE, &[ramp(0.2, 0.0, 0.3), ramp(0.2, 0.3, -0.3)]);
-    let (rows, report) = board.to_the_end();
+    let (rows, report) = board.until_ended();
     assert_eq!((report.stage, report.reason), (Stage::Done, Reason::None));
     // One tick more sees that the last step is over.
     assert_eq!(rows.len(), 401);
@@ -186,7 +186,7 @@ fn val_the_board_keeps_the_envelope_within_a_tick() {
     ] {
         let mut board = Board::idle();
         board.begin(&envelope, &[ramp(3.0, 1.5, 1.5)]);
-        let (rows, report) = board.to_the_end();
+        let (rows, report) = board.until_ended();
         assert_eq!((report.stage, report.reason), (Stage::Ended, reason));
         let (last, before) = rows.split_last().unwrap();
         assert!(opening_v(&last.1).abs() < 2.5e-3 && last.1.state == State::Idle);
@@ -208,6 +208,36 @@ fn val_the_board_keeps_the_envelope_within_a_tick() {
         };
         assert!(before.iter().all(is_within));
     }
+}
+
+/// How far the load still goes behind the shut valve: docs/experiments.md states it.
+#[test]
+fn val_a_load_of_1_m_s_is_stopped_within_the_room_that_the_documents_state() {
+    let mut board = Board::idle();
+    let envelope = Envelope {
+        speed_m_per_s: 1.0,
+        ..WIDE
+    };
+    // Back first: there is room ahead then.
+    board.begin(
+        &envelope,
+        &[
+            Step::Move {
+                seconds: 2.0,
+                to_m: -0.15,
+            },
+            ramp(2.0, 4.0, 4.0),
+        ],
+    );
+    let (_, report) = board.until_ended();
+    assert_eq!(report.reason, Reason::Speed, "{report:?}");
+    let left_m = board.plant.truth().position_m;
+    let places = (0..1000).map(|_| {
+        board.step();
+        board.plant.truth().position_m - left_m
+    });
+    let furthest_m = places.fold(0.0, f64::max);
+    assert!((0.06..0.08).contains(&furthest_m), "{furthest_m}");
 }
 
 #[test]
@@ -306,7 +336,7 @@ fn val_the_gas_pushes_with_the_force_asked_for() {
                 force_n,
             }],
         );
-        let (rows, report) = board.to_the_end();
+        let (rows, report) = board.until_ended();
         assert_eq!(report.stage, Stage::Done, "{report:?}");
         let late = &rows[500..1000];
         let force = |(sample, _): &(Sample, Command)| {

@@ -124,6 +124,14 @@ impl Course {
                 from_v,
                 to_v,
             } => Asked::Opening(from_v + (to_v - from_v) * (self.time_s / seconds)),
+            Step::Triangle {
+                amplitude_v,
+                period_s,
+                ..
+            } => {
+                let turns = self.turned(dt_s / period_s);
+                Asked::Opening(amplitude_v * triangle(turns))
+            }
             Step::Chirp {
                 seconds,
                 amplitude_v,
@@ -220,6 +228,17 @@ fn swing(
     }
 }
 
+/// Up from nought, down through it, and back, at a place within a turn.
+fn triangle(turns: f32) -> f32 {
+    if turns < 0.25 {
+        4.0 * turns
+    } else if turns < 0.75 {
+        2.0 - 4.0 * turns
+    } else {
+        4.0 * turns - 4.0
+    }
+}
+
 /// Eight harmonics of a root mean square of 1: each has half of it, as 8 (1/2)^2/2 = 1.
 fn harmonics(turns: f32) -> f32 {
     let mut sum = 0.0;
@@ -259,7 +278,6 @@ impl Pulse {
         random ^= random << 5;
         self.random = random;
         self.way = if random & 1 == 0 { 1.0 } else { -1.0 };
-        #[expect(clippy::cast_possible_truncation, reason = "16 bits are meant")]
         let share = f32::from((random >> 16) as u16) * (1.0 / 65_536.0);
         self.length_s = shortest_s + share * (longest_s - shortest_s);
         self.left_s = 0.0;
@@ -300,6 +318,22 @@ mod tests {
         assert!(peak < 0.5 * 2.0, "{peak}");
         let mean = all.iter().sum::<f32>() / all.len() as f32;
         assert!(mean.abs() < 1e-3, "{mean}");
+    }
+
+    #[test]
+    fn val_a_triangle_goes_through_its_corners() {
+        let all = openings(Step::Triangle {
+            seconds: 1.6,
+            amplitude_v: 0.5,
+            period_s: 0.8,
+        });
+        for (tick, expected_v) in [(0, 0.0), (200, 0.5), (400, 0.0), (600, -0.5), (1400, -0.5)] {
+            assert!(
+                (all[tick] - expected_v).abs() < 3e-3,
+                "{tick}: {}",
+                all[tick]
+            );
+        }
     }
 
     /// Zero crossings of a chirp from 2 to 6 Hz over 4 s: 16 turns.

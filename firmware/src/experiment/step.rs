@@ -27,6 +27,15 @@ pub enum Step {
         /// At the end, V.
         to_v: f32,
     },
+    /// The opening goes through the null to and fro in straight lines.
+    Triangle {
+        /// Length, s.
+        seconds: f32,
+        /// Amplitude, V.
+        amplitude_v: f32,
+        /// Time from one peak to the next, s.
+        period_s: f32,
+    },
     /// A sine of the opening whose frequency grows in a straight line.
     Chirp {
         /// Length, s.
@@ -139,6 +148,11 @@ impl Step {
                 amplitude_m,
                 frequency_hz,
             } => (8, [seconds, amplitude_m, frequency_hz, 0.0]),
+            Self::Triangle {
+                seconds,
+                amplitude_v,
+                period_s,
+            } => (9, [seconds, amplitude_v, period_s, 0.0]),
         }
     }
 
@@ -196,6 +210,11 @@ impl Step {
                 amplitude_m: one,
                 frequency_hz: two,
             },
+            9 => Self::Triangle {
+                seconds,
+                amplitude_v: one,
+                period_s: two,
+            },
             _ => return None,
         };
         rest.is_empty().then_some(step)
@@ -218,6 +237,13 @@ impl Step {
             Self::Opening { from_v, to_v, .. } => (
                 is_within(from_v, FULL_OPENING_V) && is_within(to_v, FULL_OPENING_V),
                 Defect::Opening,
+            ),
+            Self::Triangle { amplitude_v, .. } if !is_within(amplitude_v, FULL_OPENING_V) => {
+                (false, Defect::Opening)
+            }
+            Self::Triangle { period_s, .. } => (
+                (1.0 / FASTEST_HZ..=LONGEST_S).contains(&period_s),
+                Defect::Frequency,
             ),
             Self::Chirp { amplitude_v, .. } if !is_within(amplitude_v, FULL_OPENING_V) => {
                 (false, Defect::Opening)
@@ -256,11 +282,16 @@ impl Step {
 mod tests {
     use super::*;
 
-    pub(crate) const ALL: [Step; 8] = [
+    pub(crate) const ALL: [Step; 9] = [
         Step::Opening {
             seconds: 1.0,
             from_v: -0.5,
             to_v: 0.5,
+        },
+        Step::Triangle {
+            seconds: 8.0,
+            amplitude_v: 1.0,
+            period_s: 0.8,
         },
         Step::Chirp {
             seconds: 2.0,
@@ -302,7 +333,7 @@ mod tests {
             assert_eq!(step.defect(), None, "{step:?}");
             assert_eq!(Step::read(&step.bytes()[..16]), None);
         }
-        assert_eq!(Step::read(&[9; STEP_BYTES]), None);
+        assert_eq!(Step::read(&[99; STEP_BYTES]), None);
     }
 
     /// Each number in turn, made none or far too large.

@@ -133,6 +133,15 @@ fn said(step: &Step, fixed: &dyn Fn(f32, usize) -> String) -> String {
         Step::Opening { from_v, to_v, .. } => {
             format!("opening {} to {} V", fixed(from_v, 2), fixed(to_v, 2))
         }
+        Step::Triangle {
+            amplitude_v,
+            period_s,
+            ..
+        } => format!(
+            "opening {} V to and fro in {} s",
+            fixed(amplitude_v, 2),
+            fixed(period_s, 2)
+        ),
         Step::Chirp {
             amplitude_v,
             from_hz,

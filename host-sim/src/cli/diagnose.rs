@@ -3,7 +3,7 @@
 use super::{CommandError, inputs, outputs};
 use crate::charts;
 use crate::recording::Recording;
-use crate::rehearsal::Rehearsals;
+use crate::rehearsal::{Rehearsals, experiment_file};
 use crate::report::Page;
 use crate::rig::Rig;
 use clap::Args;
@@ -13,7 +13,7 @@ use diagnosis::search::FIRST_LOOK;
 use diagnosis::words;
 use indicatif::ProgressBar;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Say what physics a model lacks, how large it is, and prove it on held-out
@@ -40,6 +40,10 @@ pub struct DiagnoseArguments {
     /// comments kept.
     #[arg(long = "improved-rig")]
     pub improved_rig: Option<PathBuf>,
+    /// Write the recording that would tell what is left open here, as an experiment for `pneuma board
+    /// run`; nothing is written where none of those that can be simulated is asked for.
+    #[arg(long = "next-experiment")]
+    pub next_experiment: Option<PathBuf>,
     /// Seed of whatever is drawn at random (nothing is, at present).
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -83,6 +87,9 @@ pub fn run(arguments: &DiagnoseArguments, out: &mut dyn Write) -> Result<(), Com
         outputs::write_page(path, &page(arguments, &rig, &diagnosis))?;
     }
     show(&diagnosis, out)?;
+    if let Some(path) = &arguments.next_experiment {
+        write_next_experiment(path, &diagnosis, out)?;
+    }
     writeln!(out, "{:.1} s", started.elapsed().as_secs_f64())?;
     Ok(())
 }
@@ -107,10 +114,13 @@ fn check(arguments: &DiagnoseArguments) -> Result<(), CommandError> {
         .chain(&arguments.train)
         .chain(&arguments.held_out)
         .collect();
-    let outputs: Vec<&PathBuf> = [&arguments.json, &arguments.report, &arguments.improved_rig]
-        .into_iter()
-        .flatten()
-        .collect();
+    let outputs = [
+        &arguments.json,
+        &arguments.report,
+        &arguments.improved_rig,
+        &arguments.next_experiment,
+    ];
+    let outputs: Vec<&PathBuf> = outputs.into_iter().flatten().collect();
     outputs::check_outputs(&files, &outputs)
 }
 
@@ -141,6 +151,24 @@ fn improved_rig_header(diagnosis: &Diagnosis) -> String {
         names(&diagnosis.train),
         diagnosis.verdict.sentence
     )
+}
+
+fn write_next_experiment(
+    path: &Path,
+    diagnosis: &Diagnosis,
+    out: &mut dyn Write,
+) -> Result<(), CommandError> {
+    let mut laws = diagnosis.laws.iter();
+    let asked = laws.find_map(|law| law.next_experiment.as_ref());
+    let file = asked.and_then(|asked| experiment_file(asked.text, &diagnosis.improved_rig));
+    match file {
+        Some(text) => outputs::write_text(path, &text),
+        None => Ok(writeln!(
+            out,
+            "note         {}: not written, as no experiment that can be simulated is asked for",
+            path.display()
+        )?),
+    }
 }
 
 fn show(diagnosis: &Diagnosis, out: &mut dyn Write) -> Result<(), CommandError> {

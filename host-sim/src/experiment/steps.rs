@@ -103,11 +103,6 @@ impl FileStep {
     /// As the board's steps.
     pub(super) fn steps(&self) -> Vec<Step> {
         match self {
-            Self::Triangle {
-                seconds,
-                amplitude_v,
-                periods,
-            } => triangle(*seconds / f64::from(*periods), *amplitude_v, *periods),
             Self::Dwell {
                 from_m,
                 to_m,
@@ -128,6 +123,15 @@ impl FileStep {
     fn wave(&self) -> Option<Step> {
         let f = |value: f64| value as f32;
         Some(match *self {
+            Self::Triangle {
+                seconds,
+                amplitude_v,
+                periods,
+            } => Step::Triangle {
+                seconds: f(seconds),
+                amplitude_v: f(amplitude_v),
+                period_s: f(seconds / f64::from(periods)),
+            },
             Self::Chirp {
                 seconds,
                 amplitude_v,
@@ -216,6 +220,9 @@ impl FileStep {
                 "base_Hz",
                 "Hz above 0, up to 12.5: the eighth harmonic is up to 100",
             ),
+            (Defect::Frequency, Self::Triangle { .. }) => {
+                ("periods", "1 or more, each of 10 ms or longer")
+            }
             (Defect::Frequency, _) => ("frequency_Hz", "Hz above 0, up to 100"),
             (Defect::Pulse, _) => (
                 "shortest_s, longest_s",
@@ -235,20 +242,6 @@ fn ramp(seconds: f64, from_v: f64, to_v: f64) -> Step {
         from_v: from_v as f32,
         to_v: to_v as f32,
     }
-}
-
-fn triangle(period_s: f64, amplitude_v: f64, periods: u32) -> Vec<Step> {
-    let mut steps = vec![ramp(0.25 * period_s, 0.0, amplitude_v)];
-    for period in 0..periods {
-        steps.push(ramp(0.5 * period_s, amplitude_v, -amplitude_v));
-        let is_last = period + 1 == periods;
-        steps.push(if is_last {
-            ramp(0.25 * period_s, -amplitude_v, 0.0)
-        } else {
-            ramp(0.5 * period_s, -amplitude_v, amplitude_v)
-        });
-    }
-    steps
 }
 
 fn dwell([from_m, to_m]: [f64; 2], move_s: f64, rests_s: &[f64]) -> Vec<Step> {

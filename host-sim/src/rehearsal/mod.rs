@@ -2,6 +2,7 @@
 //! diagnosis asks ([`Bank`]).
 
 mod bank;
+mod program;
 
 use crate::closed_loop::{Course, HostController, control_task, run};
 use crate::laws::Law;
@@ -30,6 +31,13 @@ impl Rehearsals {
             of_carriage: boxed(bank::OF_CARRIAGE),
         }
     }
+}
+
+/// The experiment file of a recording that was asked for in these words; none where the rig does not
+/// say enough of the axis.
+pub fn experiment_file(text: &str, rig: &Rig) -> Option<String> {
+    let mut all = bank::OF_CHAMBERS.iter().chain(bank::OF_CARRIAGE);
+    program::of(all.find(|one| one.text == text)?, rig)
 }
 
 impl Bank for Rehearsals {
