@@ -219,6 +219,7 @@ impl ControlTask {
                 .supervisor
                 .latched()
                 .map_or(0, |finding| finding.fault.code()),
+            reference_position_m: reference.position_m,
             estimate: self.estimate,
         }
     }

@@ -130,7 +130,7 @@ impl Tap {
             valve_in_force,
             state: command.state as u8,
             fault: command.fault,
-            reference_position_m: sample.reference.position_m,
+            reference_position_m: command.reference_position_m,
             estimate: command.estimate.to_array(),
         };
         self.sequence = self.sequence.wrapping_add(1);
@@ -268,6 +268,7 @@ mod tests {
             valve: DacCode(1000 + tick as u16),
             state: State::Track,
             fault: 0,
+            reference_position_m: 0.01,
             estimate: Estimate {
                 position_m: 0.1,
                 velocity_m_per_s: 0.2,

@@ -55,6 +55,9 @@ pub struct Command {
     pub state: State,
     /// 0, or the code of the fault, see [`crate::fault::Fault`].
     pub fault: u8,
+    /// Where the load should be, m; NaN where nothing is asked of the loop. An experiment's own
+    /// reference stands in the place of the sample's.
+    pub reference_position_m: f32,
     /// What the observer believes.
     pub estimate: Estimate<f32>,
 }

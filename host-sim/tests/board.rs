@@ -282,6 +282,7 @@ fn at(tick: u32, trouble: Trouble) -> (Sample, Command) {
         valve: DacCode(code * 16),
         state: State::Track,
         fault: 0,
+        reference_position_m: f32::NAN,
         estimate: Estimate {
             position_m: 0.0,
             velocity_m_per_s: 0.0,
