@@ -6,6 +6,7 @@ pub mod charts;
 pub mod check;
 pub mod cli;
 pub mod closed_loop;
+pub mod commission;
 pub mod experiment;
 pub mod fault_campaign;
 pub mod init;

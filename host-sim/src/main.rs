@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 use host_sim::cli::{
     self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
-    compare::CompareArguments, controller::ControllerArguments, convert::ConvertArguments,
-    demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments,
+    commission::CommissionArguments, compare::CompareArguments, controller::ControllerArguments,
+    convert::ConvertArguments, demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments,
     identify::IdentifyArguments, init::InitArguments, inspect::InspectArguments,
     paper::PaperArguments, record::RecordArguments, settings::SettingsArguments,
     shell_help::CompletionsArguments, shell_help::ManArguments, simulate::SimulateArguments,
@@ -28,6 +28,7 @@ struct Cli {
 enum Command {
     Board(BoardArguments),
     Check(CheckArguments),
+    Commission(CommissionArguments),
     Compare(CompareArguments),
     Completions(CompletionsArguments),
     Controller(ControllerArguments),
@@ -62,6 +63,7 @@ fn main() -> ExitCode {
     let run = || match &cli.command {
         Command::Board(arguments) => cli::board::run(arguments, &mut out),
         Command::Check(arguments) => cli::check::run(arguments, &mut out),
+        Command::Commission(arguments) => cli::commission::run(arguments, &mut out),
         Command::Compare(arguments) => cli::compare::run(arguments, &mut out),
         Command::Completions(arguments) => {
             cli::shell_help::completions(arguments, Cli::command(), &mut out)

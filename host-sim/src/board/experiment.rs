@@ -1,7 +1,7 @@
 //! A board runs an experiment, and the host records it.
 //!
-//! The host sends envelope and steps, has the board run the program of this CRC, and says every
-//! tenth of a second that it is still there. What the board streams goes to a recorder from
+//! The host sends envelope and steps, has the board run the program of this CRC, and says twenty times a
+//! second that it is still there. What the board streams goes to a recorder from
 //! before the begin until after the end.
 
 use std::io::Write;
@@ -16,10 +16,12 @@ use super::port::Port;
 use super::recorder::{Recorder, RecorderError};
 use crate::experiment::Program;
 
-/// The host says so often that it is there.
-const ALIVE_EVERY: Duration = Duration::from_millis(100);
+/// The host says so often that it is there: ten times before a board takes it for gone.
+const ALIVE_EVERY: Duration = Duration::from_millis(50);
 /// Recorded before the begin and after the end.
 const REST: Duration = Duration::from_millis(300);
+/// An answer takes no longer, or the question is sent again.
+const ANSWER_WAIT: Duration = Duration::from_millis(200);
 /// One look at the port.
 const GLANCE: Duration = Duration::from_millis(20);
 /// A board that says nothing for so long is gone.
@@ -171,7 +173,7 @@ impl<'a, W: Write> Listener<'a, W> {
     }
 
     fn listen_for_report(&mut self) -> Result<Option<Report>, RunError> {
-        let until = Instant::now() + 2 * ALIVE_EVERY;
+        let until = Instant::now() + ANSWER_WAIT;
         while Instant::now() < until {
             if let Some(report) = self.look(until)? {
                 return Ok(Some(report));

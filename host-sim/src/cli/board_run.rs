@@ -50,6 +50,22 @@ pub struct RunArguments {
 /// # Errors
 /// If a file cannot be used, the board is not ready, or the run ends early.
 pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let (program, report) = recorded(arguments, out)?;
+    let name = file_name(&arguments.experiment.display().to_string()).to_owned();
+    match ending(&program, &report) {
+        None => {
+            writeln!(out, "{name}: ran to its end")?;
+            Ok(out.flush()?)
+        }
+        Some(why) => Err(bad_input(format!("{name}: {why}"))),
+    }
+}
+
+/// Runs an experiment and records it; what came of it.
+pub(super) fn recorded(
+    arguments: &RunArguments,
+    out: &mut dyn Write,
+) -> Result<(Program, Report), CommandError> {
     check_outputs(&[&arguments.experiment, &arguments.rig], &[&arguments.out])?;
     let program = experiment::read(&arguments.experiment).map_err(bad_input)?;
     let rig = read_rig(&arguments.rig)?;
@@ -88,7 +104,8 @@ pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<(), CommandE
     written.map_err(|error| cannot_write(&arguments.out, &error))?;
     losses.damaged_frames = u64::from(port.damaged() - damaged_before);
     tell_recording(arguments, (rows, seconds), &losses, out)?;
-    judge(&name, &program, &outcome.map_err(failed)?, out)
+    let report = outcome.map_err(failed)?;
+    Ok((program, report))
 }
 
 fn refused(arguments: &RunArguments, error: &RunError) -> CommandError {
@@ -100,7 +117,7 @@ fn refused(arguments: &RunArguments, error: &RunError) -> CommandError {
 }
 
 /// What will move, and within what.
-fn lines_of(program: &Program) -> Vec<String> {
+pub(super) fn lines_of(program: &Program) -> Vec<String> {
     let fixed = |value: f32, digits| number::fixed(f64::from(value), digits);
     let Envelope {
         position_m: [low_m, high_m],
@@ -230,22 +247,17 @@ fn tell_recording(
     )?)
 }
 
-fn judge(
-    name: &str,
-    program: &Program,
-    report: &Report,
-    out: &mut dyn Write,
-) -> Result<(), CommandError> {
+/// Why a run ended before its end, where, and at what; none where it did not.
+pub(super) fn ending(program: &Program, report: &Report) -> Option<String> {
     if report.stage == Stage::Done {
-        writeln!(out, "{name}: ran to its end")?;
-        return Ok(out.flush()?);
+        return None;
     }
     let at = program.name_of(usize::from(report.place));
     let value = runs::value_in_words(report).map_or(String::new(), |value| format!(" ({value})"));
-    Err(bad_input(format!(
-        "{name}: ended early in {at}: {}{value}; the valve is at its null",
+    Some(format!(
+        "ended early in {at}: {}{value}; the valve is at its null",
         runs::why(report.reason)
-    )))
+    ))
 }
 
 #[cfg(test)]

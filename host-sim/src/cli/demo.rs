@@ -10,6 +10,7 @@
 
 use super::closed_loop::{self, LoopArguments};
 use super::diagnose::{self, DiagnoseArguments};
+use super::typed;
 use super::{CommandError, inputs, outputs};
 use crate::report::number::significant;
 use clap::Args;
@@ -181,14 +182,6 @@ fn sealed_case(folder: &Path, out: &mut dyn Write) -> Result<PathBuf, CommandErr
 fn announce(what: &str, words: &[&str], out: &mut dyn Write) -> Result<(), CommandError> {
     writeln!(out, "\n{what}\n$ pneuma {}\n", words.join(" "))?;
     Ok(())
-}
-
-/// A command's arguments from what a user would type.
-fn typed<A: Args>(words: &[&str]) -> Result<A, CommandError> {
-    let command = A::augment_args(clap::Command::new("pneuma"));
-    let matches = command.try_get_matches_from(words);
-    let arguments = matches.and_then(|matches| A::from_arg_matches(&matches));
-    arguments.map_err(inputs::bad_input)
 }
 
 fn parsed(text: &str) -> Result<Value, CommandError> {

@@ -6,6 +6,7 @@ pub mod board_port;
 pub mod board_run;
 pub mod check;
 pub mod closed_loop;
+pub mod commission;
 pub mod compare;
 pub mod controller;
 pub mod convert;
@@ -49,6 +50,14 @@ pub enum CommandError {
     /// The output could not be written.
     #[error("cannot write: {0}")]
     Output(#[from] io::Error),
+}
+
+/// A command's arguments from what a user would type.
+fn typed<A: clap::Args>(words: &[&str]) -> Result<A, CommandError> {
+    let command = A::augment_args(clap::Command::new("pneuma"));
+    let matches = command.try_get_matches_from(words);
+    let arguments = matches.and_then(|matches| A::from_arg_matches(&matches));
+    arguments.map_err(inputs::bad_input)
 }
 
 /// Runs a command and gives its exit status, saying on standard error what went

@@ -14,7 +14,7 @@ use super::inputs::{bad_input, read_rig};
 use super::outputs::{check_outputs, write_bytes};
 use crate::board::image::write_into;
 use crate::board::port::{BAUD, Port};
-use crate::board::send::send;
+use crate::board::send::{SendError, send};
 use crate::settings::{settings, stays_behind};
 use crate::text::file_name;
 
@@ -83,7 +83,8 @@ pub fn run(arguments: &SettingsArguments, out: &mut dyn Write) -> Result<(), Com
         )?;
     }
     if let Some(port) = &arguments.serial {
-        to_board(port, arguments.baud, &settings)?;
+        let sent = to_board(port, arguments.baud, &settings)?;
+        sent.map_err(|error| bad_input(format!("{}: {error}", file_name(port))))?;
         say(out, port, "in use and stored")?;
     }
     Ok(())
@@ -107,7 +108,12 @@ fn into_image(path: &Path, settings: &Settings) -> Result<(), CommandError> {
     write_bytes(path, &changed)
 }
 
-fn to_board(port: &str, baud: u32, settings: &Settings) -> Result<(), CommandError> {
+/// Sends settings; how the board takes them.
+pub(super) fn to_board(
+    port: &str,
+    baud: u32,
+    settings: &Settings,
+) -> Result<Result<(), SendError>, CommandError> {
     let content = record::encode_content(settings)
         .ok_or_else(|| bad_input("the settings are longer than any record"))?;
     let mut board = Port::open(port, baud).map_err(bad_input)?;
@@ -120,7 +126,7 @@ fn to_board(port: &str, baud: u32, settings: &Settings) -> Result<(), CommandErr
         bar.set_position(arrived as u64);
     });
     bar.finish_and_clear();
-    sent.map_err(|error| bad_input(format!("{}: {error}", file_name(port))))
+    Ok(sent)
 }
 
 fn show(path: &Path, out: &mut dyn Write) -> Result<(), CommandError> {

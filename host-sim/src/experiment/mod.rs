@@ -22,9 +22,11 @@
 //! seconds = 10.0
 //! ```
 
+mod envelope;
 mod read;
 mod steps;
 
+pub use envelope::envelope_text;
 pub use read::{ExperimentError, parse, read};
 
 use firmware::experiment::{Envelope, Step, frames};

@@ -1,22 +1,14 @@
 //! A recording of the bank as an experiment file: what was simulated is what a board runs.
 
 use super::bank::{Excitation, Place, Procedure, SetUp};
+use crate::experiment::envelope_text;
 use crate::motion::{Motion, Segment};
 use crate::rig::Rig;
 use crate::scenario::{Command, Shape, stroke_range_m};
 use std::fmt::Write;
 
-/// Pressures and forces that no sound run exceeds: as parts of the supply's.
-const ROOM: f64 = 1.2;
-/// Where the rig file says nothing of the supply, Pa.
-const USUAL_SUPPLY_PA: f64 = 7e5;
-/// The lowest pressure that gauges show of a chamber that empties fast, Pa.
-const LOWEST_PA: f64 = 2e4;
 /// As fast as the board's sensor of velocity shows, m/s.
 const FASTEST_M_PER_S: f64 = 1.9;
-/// The board's converters, m and Pa.
-const FARTHEST_M: f64 = 0.25;
-const HIGHEST_PA: f64 = 1e6;
 
 /// The file; none where the rig does not say enough of the axis.
 pub(super) fn of(procedure: &Procedure, rig: &Rig) -> Option<String> {
@@ -25,7 +17,7 @@ pub(super) fn of(procedure: &Procedure, rig: &Rig) -> Option<String> {
         "# {}.\n{}format = \"experiment/1\"\n\n{}",
         procedure.text,
         by_hand(&procedure.excitation, rig),
-        envelope(stroke_m, rig)
+        envelope_text(rig, stroke_m, FASTEST_M_PER_S)
     );
     match &procedure.excitation {
         Excitation::Clamped {
@@ -90,19 +82,6 @@ fn by_hand(excitation: &Excitation, rig: &Rig) -> String {
         }
     }
     lines
-}
-
-fn envelope([low_m, high_m]: [f64; 2], rig: &Rig) -> String {
-    let supply_pa = rig.value("supply.pressure_Pa").unwrap_or(USUAL_SUPPLY_PA);
-    let area_m2 =
-        ["cylinder.area_a_m2", "cylinder.area_b_m2"].map(|key| rig.value(key).unwrap_or(1e-3));
-    let most_pa = (ROOM * supply_pa).min(HIGHEST_PA);
-    let most_n = ROOM * supply_pa * area_m2[0].max(area_m2[1]);
-    format!(
-        "[envelope]\nposition_m = [{:.3}, {:.3}]\nspeed_m_s = {FASTEST_M_PER_S}\npressure_Pa = [{LOWEST_PA:.0}.0, {most_pa:.0}.0]\nforce_N = {most_n:.0}.0\n",
-        low_m.max(-FARTHEST_M),
-        high_m.min(FARTHEST_M)
-    )
 }
 
 fn step(kind: &str, numbers: &[(&str, f64)]) -> String {

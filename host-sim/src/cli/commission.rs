@@ -1,0 +1,381 @@
+//! `pneuma commission`: from a board with a rig file to an acceptance sheet, step by step.
+
+use std::fs;
+use std::io::{self, BufRead, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use firmware::experiment::Reason;
+use serde_json::Value;
+
+use super::board_port::{BoardPort, not_done};
+use super::board_run::{RunArguments, ending, lines_of, recorded};
+use super::diagnose::{self, DiagnoseArguments};
+use super::inputs::{bad_input, provenance, read_rig};
+use super::outputs::{write_json, write_page, write_text};
+use super::settings::to_board;
+use super::{CommandError, typed};
+use crate::board::orders;
+use crate::board::port::Port;
+use crate::board::send::SendError;
+use crate::board::words;
+use crate::commission::programs;
+use crate::commission::score::Run;
+use crate::commission::sheet::{Runs, sheet};
+use crate::commission::steps::{Progress, Step};
+use crate::experiment;
+use crate::recording::Recording;
+use crate::rig::Rig;
+use crate::text::file_name;
+
+/// What is done, in the folder.
+const PROGRESS: &str = "commission.json";
+/// The recordings to learn from, and the one to judge by.
+const RECORDINGS: [&str; 3] = ["train-1", "train-2", "held-out"];
+
+/// A recording that ended early is used if it is so long, s.
+const LEAST_S: f64 = 5.0;
+
+/// Bring a board into service: settings, first motion, score, recordings, diagnosis,
+/// improved settings, score, acceptance sheet.
+///
+/// Says before each motion what will move and within what, and waits for a key. It can be
+/// stopped at any moment (the valve goes to its null) and gone on with: what is done
+/// stands in FOLDER/commission.json. Every step is a command of its own, which is
+/// shown.
+#[derive(Args, Clone, Debug)]
+pub struct CommissionArguments {
+    /// Where the board is.
+    #[command(flatten)]
+    pub port: BoardPort,
+    /// The rig file, as `pneuma init` makes it.
+    #[arg(long)]
+    pub rig: PathBuf,
+    /// Where experiments, recordings, improved rig and sheet go.
+    #[arg(long)]
+    pub folder: PathBuf,
+    /// Do not ask before a motion.
+    #[arg(long)]
+    pub yes: bool,
+    /// Begin again with this step.
+    #[arg(long, value_name = "STEP", value_parser = step_of)]
+    pub from: Option<Step>,
+    /// End with this step.
+    #[arg(long, value_name = "STEP", value_parser = step_of)]
+    pub until: Option<Step>,
+}
+
+fn step_of(word: &str) -> Result<Step, String> {
+    let found = Step::ALL.into_iter().find(|step| step.name() == word);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = Step::ALL.iter().map(|step| step.name()).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If a step cannot be done; what is done until then is kept.
+pub fn run(arguments: &CommissionArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let rig = read_rig(&arguments.rig)?;
+    fs::create_dir_all(&arguments.folder)?;
+    let place = arguments.folder.join(PROGRESS);
+    let read = Progress::read(&place);
+    let mut progress = read.map_err(|error| bad_input(format!("{}: {error}", place.display())))?;
+    if let Some(step) = arguments.from {
+        progress.again_from(step);
+    }
+    let mut way = Way {
+        arguments,
+        rig: &rig,
+        progress,
+        out,
+    };
+    while let Some(step) = way.progress.next() {
+        let number = step as usize + 1;
+        let all = Step::ALL.len();
+        writeln!(
+            way.out,
+            "\n{number} of {all}, {}: {}",
+            step.name(),
+            step.text()
+        )?;
+        way.out.flush()?;
+        way.go(step)?;
+        way.progress.done.push(step);
+        write_json(&place, &way.progress)?;
+        if arguments.until == Some(step) {
+            return Ok(());
+        }
+    }
+    if way.progress.stored.is_none() {
+        let improved = way.file("improved.toml");
+        writeln!(
+            way.out,
+            "  restart the board, then `pneuma settings --rig {improved} --serial ...`: the improved settings are not stored"
+        )?;
+    }
+    let sheet = way.file("sheet.html");
+    Ok(writeln!(way.out, "{sheet}")?)
+}
+
+struct Way<'a> {
+    arguments: &'a CommissionArguments,
+    rig: &'a Rig,
+    progress: Progress,
+    out: &'a mut dyn Write,
+}
+
+impl Way<'_> {
+    fn path(&self, name: &str) -> PathBuf {
+        self.arguments.folder.join(name)
+    }
+
+    fn file(&self, name: &str) -> String {
+        self.path(name).display().to_string()
+    }
+
+    fn go(&mut self, step: Step) -> Result<(), CommandError> {
+        match step {
+            Step::Board => self.board(),
+            Step::Settings => self.send(&self.arguments.rig.display().to_string()),
+            Step::FirstMotion => {
+                let program = programs::first_motion(self.rig);
+                let ended = self.experiment("first-motion", program)?;
+                ended.map_or(Ok(()), |why| Err(bad_input(why)))
+            }
+            // An axis that is not as the rig file says may not be scored yet: that is why it is diagnosed.
+            Step::ScoreBefore => {
+                let ended = self.experiment("before", programs::score(self.rig))?;
+                self.progress.before = match ended {
+                    None => Some(self.scored("before.csv")?.score()),
+                    Some(why) => self.noted(&why).map(|()| None)?,
+                };
+                Ok(())
+            }
+            Step::Recordings => self.recordings(),
+            Step::Diagnosis => self.diagnosis(),
+            Step::ImprovedSettings => self.send(&self.file("improved.toml")),
+            Step::ScoreAfter => {
+                let ended = self.experiment("after", programs::score(self.rig))?;
+                if let Some(why) = ended {
+                    return Err(bad_input(why));
+                }
+                self.progress.after = Some(self.scored("after.csv")?.score());
+                Ok(())
+            }
+            Step::Sheet => self.sheet(),
+        }
+    }
+
+    fn noted(&mut self, what: &str) -> Result<(), CommandError> {
+        Ok(writeln!(self.out, "  note: {what}")?)
+    }
+
+    /// What the board says; a fault ends the way here.
+    fn board(&mut self) -> Result<(), CommandError> {
+        let mut port = self.port()?;
+        let status = orders::status(&mut port);
+        let status = status.map_err(|error| not_done(&self.arguments.port.serial, &error))?;
+        for line in words::lines(&status) {
+            writeln!(self.out, "  {line}")?;
+        }
+        self.progress.firmware = words::program(&status);
+        if let Some(finding) = status.finding {
+            return Err(bad_input(words::fault_line(finding)));
+        }
+        Ok(())
+    }
+
+    fn port(&self) -> Result<Port, CommandError> {
+        let BoardPort { serial, baud } = &self.arguments.port;
+        Port::open(serial, *baud).map_err(bad_input)
+    }
+
+    /// Settings to the board. It stores once between two starts: what is in use and not stored is
+    /// noted.
+    fn send(&mut self, rig: &str) -> Result<(), CommandError> {
+        let BoardPort { serial, baud } = self.arguments.port.clone();
+        self.announce(&["settings", "--rig", rig, "--serial", &serial])?;
+        let settings = crate::settings::settings(&read_rig(Path::new(rig))?);
+        let settings = settings.map_err(|error| bad_input(format!("{rig}: {error}")))?;
+        match to_board(&serial, baud, &settings)? {
+            Ok(()) => self.progress.stored = Some(rig.to_owned()),
+            Err(SendError::NotKept(_)) => {
+                self.progress.stored = None;
+                self.noted("in use, and not stored: a board stores once between two starts")?;
+            }
+            Err(error) => return Err(bad_input(format!("{serial}: {error}"))),
+        }
+        Ok(())
+    }
+
+    /// Writes an experiment, says it, asks, and runs it; why it ended early, if it did.
+    fn experiment(
+        &mut self,
+        name: &str,
+        program: Option<String>,
+    ) -> Result<Option<String>, CommandError> {
+        let rig = self.arguments.rig.display();
+        let text = program.ok_or_else(|| {
+            bad_input(format!(
+                "{rig}: the stroke is not known: give [cylinder] stroke_m"
+            ))
+        })?;
+        let [file, out] = ["toml", "csv"].map(|kind| self.path(&format!("{name}.{kind}")));
+        let program = experiment::parse(&text, &file.display().to_string()).map_err(bad_input)?;
+        write_text(&file, &text)?;
+        for line in lines_of(&program) {
+            writeln!(self.out, "  {line}")?;
+        }
+        self.ask()?;
+        let arguments = RunArguments {
+            experiment: file,
+            port: self.arguments.port.clone(),
+            rig: self.arguments.rig.clone(),
+            out,
+        };
+        self.announce(&[
+            "board",
+            "run",
+            &arguments.experiment.display().to_string(),
+            "--serial",
+            &arguments.port.serial,
+            "--rig",
+            &arguments.rig.display().to_string(),
+            "--out",
+            &arguments.out.display().to_string(),
+        ])?;
+        let (program, report) = recorded(&arguments, &mut io::sink())?;
+        match (ending(&program, &report), report.reason) {
+            (Some(why), Reason::Fault) => Ok(Some(format!("{why}: {}", self.acknowledged()?))),
+            (why, _) => Ok(why),
+        }
+    }
+
+    /// The fault that the board has, which is acknowledged: nothing moves until it is asked anew.
+    fn acknowledged(&mut self) -> Result<String, CommandError> {
+        let mut port = self.port()?;
+        let mut asked = || {
+            let status = orders::status(&mut port)?;
+            orders::acknowledge(&mut port)?;
+            Ok(status)
+        };
+        let status = asked().map_err(|error| not_done(&self.arguments.port.serial, &error))?;
+        let fault = status.finding.map(words::fault_line);
+        Ok(fault.unwrap_or_else(|| "the fault is gone".into()))
+    }
+
+    fn ask(&mut self) -> Result<(), CommandError> {
+        if self.arguments.yes {
+            return Ok(());
+        }
+        write!(
+            self.out,
+            "  Everybody out of the way? y to go on, anything else to stop: "
+        )?;
+        self.out.flush()?;
+        let mut answer = String::new();
+        io::stdin().lock().read_line(&mut answer)?;
+        if answer.trim().eq_ignore_ascii_case("y") {
+            return Ok(());
+        }
+        Err(bad_input(
+            "stopped; nothing was moved, and the same command goes on from here",
+        ))
+    }
+
+    /// A run that ends early has shown something too, if it lasted. The loop is slower meanwhile: it
+    /// is to stay quiet about an axis of which the settings do not know all.
+    fn recordings(&mut self) -> Result<(), CommandError> {
+        let careful = self.path("careful.toml");
+        let text = Rig::edited_file(&self.arguments.rig, &programs::careful(self.rig));
+        write_text(&careful, &text.map_err(bad_input)?)?;
+        let careful = careful.display().to_string();
+        self.send(&careful)?;
+        for (number, name) in RECORDINGS.into_iter().enumerate() {
+            if let Some(why) = self.experiment(name, programs::varied(self.rig, number))? {
+                let path = self.path(&format!("{name}.csv"));
+                let recording = Recording::read(&path, &self.rig.signals).map_err(bad_input)?;
+                let seconds = recording.duration_s();
+                if seconds < LEAST_S {
+                    return Err(bad_input(why));
+                }
+                self.noted(&format!("{why}; the {seconds:.1} s until then are used"))?;
+                // A loop that swung was made slower; with new settings it begins anew.
+                self.send(&careful)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn diagnosis(&mut self) -> Result<(), CommandError> {
+        let rig = self.arguments.rig.display().to_string();
+        let [train_1, train_2, held_out] = RECORDINGS.map(|name| self.file(&format!("{name}.csv")));
+        let [improved, report, json] =
+            ["improved.toml", "diagnosis.html", "verdict.json"].map(|name| self.file(name));
+        let words = [
+            "diagnose",
+            "--rig",
+            &rig,
+            "--train",
+            &train_1,
+            &train_2,
+            "--held-out",
+            &held_out,
+            "--improved-rig",
+            &improved,
+            "--report",
+            &report,
+            "--json",
+            &json,
+        ];
+        self.announce(&words)?;
+        diagnose::run(&typed::<DiagnoseArguments>(&words)?, self.out)?;
+        let text = fs::read_to_string(&json)?;
+        let verdict: Value = serde_json::from_str(&text).map_err(bad_input)?;
+        self.progress.verdict = verdict["sentence"].as_str().map(str::to_owned);
+        Ok(())
+    }
+
+    fn scored(&mut self, name: &str) -> Result<Run, CommandError> {
+        let run = Run::read(&self.path(name), self.rig).map_err(bad_input)?;
+        let score = run.score();
+        writeln!(
+            self.out,
+            "  {:.3} mm at rest after moves, {:.3} mm in the sine (rms {:.3})",
+            score.at_rest_mm, score.in_sine_mm, score.in_sine_rms_mm
+        )?;
+        Ok(run)
+    }
+
+    fn sheet(&mut self) -> Result<(), CommandError> {
+        let before = self.progress.before.map(|_| self.scored("before.csv"));
+        let runs = Runs {
+            before: before.transpose()?,
+            after: self.scored("after.csv")?,
+        };
+        let rig = name_of(&self.arguments.rig);
+        let date = jiff::Timestamp::now().strftime("%Y-%m-%d").to_string();
+        let mut page = sheet(&rig, &date, &self.progress, &runs);
+        let files = [
+            self.arguments.rig.clone(),
+            self.path("before.csv"),
+            self.path("after.csv"),
+        ];
+        page.provenance(provenance(&files));
+        let path = self.path("sheet.html");
+        write_page(&path, &page)
+    }
+
+    fn announce(&mut self, words: &[&str]) -> Result<(), CommandError> {
+        writeln!(self.out, "  pneuma {}", words.join(" "))?;
+        Ok(self.out.flush()?)
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    file_name(&name.to_string_lossy()).to_owned()
+}
