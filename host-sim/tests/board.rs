@@ -141,6 +141,7 @@ fn send_paper(address: &str) -> (Result<(), String>, String) {
         into: None,
         serial: Some(address.into()),
         baud: 0,
+        try_out: false,
     };
     let mut out = Vec::new();
     let outcome = settings(&arguments, &mut out).map_err(|error| error.to_string());
@@ -215,6 +216,7 @@ fn prop_a_settings_file_is_a_slot_and_shows_its_rig() {
         into: None,
         serial: None,
         baud: 0,
+        try_out: false,
     };
     let mut out = Vec::new();
     settings(&arguments, &mut out).expect("it is written");

@@ -163,6 +163,7 @@ fn prop_the_twin_takes_settings_and_is_recorded() {
         into: None,
         serial: Some(address.clone()),
         baud: 0,
+        try_out: false,
     };
     settings(&arguments, &mut Vec::new()).expect("it is at rest");
     let arguments = RecordArguments {

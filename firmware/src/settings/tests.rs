@@ -814,6 +814,25 @@ fn prop_in_use_but_not_stored_is_said() {
     );
 }
 
+/// What is only tried is in use, and neither slot has it.
+#[test]
+fn prop_what_is_tried_out_is_not_stored() {
+    let mut board = Board::new();
+    board.send(&random_settings(0));
+    assert_eq!(board.serve(&transfer::commit()).0, Verdict::Taken);
+    for number in 1..4 {
+        board.send(&random_settings(number));
+        assert_eq!(board.serve(&transfer::try_out()).0, Verdict::Taken);
+        assert_eq!(board.in_use, random_settings(number).try_build(DT_S).ok());
+    }
+    board.send(&random_settings(9));
+    assert_eq!(
+        board.serve(&transfer::commit()).0,
+        Verdict::Taken,
+        "there was room"
+    );
+}
+
 #[test]
 fn prop_other_frames_are_left_to_others() {
     let mut board = Board::new();

@@ -8,7 +8,8 @@
 //! |---|---|---|
 //! | `Begin` 0x20 | host to board | u8 kind, u16 version of the record, u16 length, u32 CRC-32 |
 //! | `Chunk` 0x21 | host to board | u8 kind, u16 offset, up to [`LONGEST_CHUNK`] bytes |
-//! | `Commit` 0x22 | host to board | u8 kind |
+//! | `Commit` 0x22 | host to board | u8 kind: used and stored |
+//! | `TryOut` 0x24 | host to board | u8 kind: used until the next start, and not stored |
 //! | `Answer` 0x23 | board to host | u8 kind, u8 kind of the frame answered, u8 [`Verdict`], u16 bytes received so far, name of the field at fault |
 //!
 //! What is sent is the content of a [`super::record`]. At the commit the board
@@ -40,6 +41,8 @@ pub enum Kind {
     Commit = 0x22,
     /// The board's answer.
     Answer = 0x23,
+    /// All bytes are there: use them until the next start.
+    TryOut = 0x24,
 }
 
 /// What the board says to a frame.
@@ -179,7 +182,10 @@ impl Transfer {
         let judged = match kind {
             kind if kind == Kind::Begin as u8 => self.begin(fields),
             kind if kind == Kind::Chunk as u8 => self.chunk(fields),
-            kind if kind == Kind::Commit as u8 => self.commit(fields, slots, install),
+            kind if kind == Kind::Commit as u8 => self.commit(fields, Some(slots), install),
+            kind if kind == Kind::TryOut as u8 => {
+                self.commit(fields, None::<&mut Slots<S>>, install)
+            }
             _ => return None,
         };
         Some(self.answer(kind, judged.unwrap_or((Verdict::Malformed, ""))))
@@ -223,7 +229,7 @@ impl Transfer {
     fn commit<S: SlotStorage>(
         &mut self,
         fields: Fields<'_>,
-        slots: &mut Slots<S>,
+        slots: Option<&mut Slots<S>>,
         install: impl FnOnce(Controller<f32>) -> Result<(), NotAtRest>,
     ) -> Option<Judged> {
         fields.end(())?;
@@ -241,7 +247,8 @@ impl Transfer {
         if let Err(refusal) = self.put_in_use(install) {
             return Some(refusal);
         }
-        let verdict = match slots.store(&self.received) {
+        let stored = slots.map_or(Ok(()), |slots| slots.store(&self.received));
+        let verdict = match stored {
             Ok(()) => Verdict::Taken,
             Err(StoreFault::NotErased) => Verdict::InUseNotErased,
             Err(StoreFault::Storage) => Verdict::InUseNotStored,
@@ -301,6 +308,13 @@ pub fn chunk(content: &Content, offset: usize) -> Option<Payload> {
 pub fn commit() -> Payload {
     let mut payload = Payload::new();
     put(&mut payload, &[Kind::Commit as u8]);
+    payload
+}
+
+/// The wish to use what was sent until the next start.
+pub fn try_out() -> Payload {
+    let mut payload = Payload::new();
+    put(&mut payload, &[Kind::TryOut as u8]);
     payload
 }
 

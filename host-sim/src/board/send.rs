@@ -38,10 +38,30 @@ pub enum SendError {
     NotKept(Verdict),
 }
 
+/// Whether settings outlast the next start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// Used and stored.
+    Stored,
+    /// Used until then.
+    UntilStart,
+}
+
+impl Kept {
+    /// In words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Stored => "in use and stored",
+            Self::UntilStart => "in use until the next start",
+        }
+    }
+}
+
 /// Sends a content and has it used; tells how many bytes have arrived.
 pub fn send(
     port: &mut Port,
     content: &Content,
+    kept: Kept,
     mut arrived: impl FnMut(usize),
 ) -> Result<(), SendError> {
     exchange(port, &transfer::begin(content), Kind::Begin, 0, ANSWER_WAIT)?;
@@ -51,8 +71,11 @@ pub fn send(
         offset = exchange(port, &chunk, Kind::Chunk, end, ANSWER_WAIT)?;
         arrived(offset);
     }
-    let commit = transfer::commit();
-    exchange(port, &commit, Kind::Commit, content.len(), COMMIT_WAIT)?;
+    let (wish, kind) = match kept {
+        Kept::Stored => (transfer::commit(), Kind::Commit),
+        Kept::UntilStart => (transfer::try_out(), Kind::TryOut),
+    };
+    exchange(port, &wish, kind, content.len(), COMMIT_WAIT)?;
     Ok(())
 }
 

@@ -8,7 +8,7 @@
 use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
-use firmware::codes::DacCode;
+use firmware::codes::{AdcCodes, DacCode};
 use firmware::control_task::ControlTask;
 use firmware::crash;
 use firmware::experiment::frames as experiment;
@@ -17,6 +17,7 @@ use firmware::settings::record::LONGEST_RECORD;
 use firmware::settings::slots::{Slot, SlotStorage, Slots, StorageFault};
 use firmware::settings::transfer::Transfer;
 use firmware::start::ResetCause;
+use firmware::status::Program;
 use firmware::telemetry::{self, Streaming, Tap, read_stream};
 use firmware::tick::{Sample, State};
 use model_core::reference::Reference;
@@ -37,6 +38,15 @@ const STATUS_PERIOD_S: f64 = 0.2;
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
 /// The valve's middle, in force before the first command.
 const MIDDLE: DacCode = DacCode(0x8000);
+/// The firmware's code in this program.
+const PROGRAM: Program = Program::of(
+    [
+        env!("CARGO_PKG_VERSION_MAJOR"),
+        env!("CARGO_PKG_VERSION_MINOR"),
+        env!("CARGO_PKG_VERSION_PATCH"),
+    ],
+    None,
+);
 /// Nothing is asked for.
 const NO_REFERENCE: Reference<f32> = Reference {
     position_m: f32::NAN,
@@ -70,10 +80,28 @@ impl SlotStorage for MemorySlots {
     }
 }
 
+/// What is behind a board: sensors and a valve.
+pub trait Axis {
+    /// What the converters say now.
+    fn codes(&mut self) -> AdcCodes;
+    /// A tick later; the command takes over then.
+    fn advance(&mut self, command: DacCode);
+}
+
+impl Axis for Plant {
+    fn codes(&mut self) -> AdcCodes {
+        self.sample()
+    }
+
+    fn advance(&mut self, command: DacCode) {
+        Self::advance(self, command);
+    }
+}
+
 /// A board and its axis.
-pub struct Twin {
+pub struct Twin<A = Plant> {
     task: ControlTask,
-    plant: Plant,
+    axis: A,
     tap: Tap,
     slots: Slots<MemorySlots>,
     transfer: Transfer,
@@ -90,12 +118,22 @@ impl Twin {
     /// Where one of the rigs is no whole axis.
     pub fn new(rig: &Rig, known: &Rig, plant: PlantSettings) -> Result<Self, AxisFault> {
         let tick_s = plant.tick_s;
+        Self::before(Plant::new(rig, plant)?, known, tick_s)
+    }
+}
+
+impl<A: Axis> Twin<A> {
+    /// A board with the settings of `known` before an axis at rest, which is asked every `tick_s`.
+    ///
+    /// # Errors
+    /// Where the rig is no whole axis.
+    pub fn before(axis: A, known: &Rig, tick_s: f64) -> Result<Self, AxisFault> {
         let dt_s = tick_s as f32;
         let slots = Slots::start(MemorySlots::blank(), dt_s);
         let (slots, _) = slots.map_err(crate::settings::RigSettingsError::Refused)?;
         let mut twin = Self {
             task: ControlTask::new(controller(known, tick_s)?),
-            plant: Plant::new(rig, plant)?,
+            axis,
             tap: Tap::new(MIDDLE),
             slots,
             transfer: Transfer::new(dt_s),
@@ -145,11 +183,11 @@ impl Twin {
         self.tick = self.tick.wrapping_add(1);
         let sample = Sample {
             tick: self.tick,
-            codes: self.plant.sample(),
+            codes: self.axis.codes(),
             reference: self.reference,
         };
         let command = self.task.tick(&sample);
-        self.plant.advance(command.valve);
+        self.axis.advance(command.valve);
         if command.state == State::Fault {
             // As on the board: nothing moves until somebody asks anew.
             self.reference = NO_REFERENCE;
@@ -169,7 +207,9 @@ impl Twin {
     }
 
     fn tell_status<S: Write>(&self, wire: &mut Wire<S>) -> io::Result<()> {
-        wire.send(&self.task.status(ResetCause::PowerOn, false).payload())
+        let mut status = self.task.status(ResetCause::PowerOn, false);
+        status.program = PROGRAM;
+        wire.send(&status.payload())
     }
 
     /// Does what a frame asks for.

@@ -17,7 +17,7 @@ use super::settings::to_board;
 use super::{CommandError, typed};
 use crate::board::orders;
 use crate::board::port::Port;
-use crate::board::send::SendError;
+use crate::board::send::{Kept, SendError};
 use crate::board::words;
 use crate::commission::programs;
 use crate::commission::score::Run;
@@ -109,13 +109,6 @@ pub fn run(arguments: &CommissionArguments, out: &mut dyn Write) -> Result<(), C
             return Ok(());
         }
     }
-    if way.progress.stored.is_none() {
-        let improved = way.file("improved.toml");
-        writeln!(
-            way.out,
-            "  restart the board, then `pneuma settings --rig {improved} --serial ...`: the improved settings are not stored"
-        )?;
-    }
     let sheet = way.file("sheet.html");
     Ok(writeln!(way.out, "{sheet}")?)
 }
@@ -139,7 +132,7 @@ impl Way<'_> {
     fn go(&mut self, step: Step) -> Result<(), CommandError> {
         match step {
             Step::Board => self.board(),
-            Step::Settings => self.send(&self.arguments.rig.display().to_string()),
+            Step::Settings => self.be_careful(),
             Step::FirstMotion => {
                 let program = programs::first_motion(self.rig);
                 let ended = self.experiment("first-motion", program)?;
@@ -147,6 +140,8 @@ impl Way<'_> {
             }
             // An axis that is not as the rig file says may not be scored yet: that is why it is diagnosed.
             Step::ScoreBefore => {
+                let rig = self.arguments.rig.display().to_string();
+                self.send(&rig, Kept::UntilStart)?;
                 let ended = self.experiment("before", programs::score(self.rig))?;
                 self.progress.before = match ended {
                     None => Some(self.scored("before.csv")?.score()),
@@ -156,7 +151,7 @@ impl Way<'_> {
             }
             Step::Recordings => self.recordings(),
             Step::Diagnosis => self.diagnosis(),
-            Step::ImprovedSettings => self.send(&self.file("improved.toml")),
+            Step::ImprovedSettings => self.send(&self.file("improved.toml"), Kept::Stored),
             Step::ScoreAfter => {
                 let ended = self.experiment("after", programs::score(self.rig))?;
                 if let Some(why) = ended {
@@ -193,22 +188,29 @@ impl Way<'_> {
         Port::open(serial, *baud).map_err(bad_input)
     }
 
-    /// Settings to the board. It stores once between two starts: what is in use and not stored is
-    /// noted.
-    fn send(&mut self, rig: &str) -> Result<(), CommandError> {
+    /// Settings to the board: what is only tried is not stored.
+    fn send(&mut self, rig: &str, kept: Kept) -> Result<(), CommandError> {
         let BoardPort { serial, baud } = self.arguments.port.clone();
-        self.announce(&["settings", "--rig", rig, "--serial", &serial])?;
+        let mut words = vec!["settings", "--rig", rig, "--serial", &serial];
+        words.extend((kept == Kept::UntilStart).then_some("--try-out"));
+        self.announce(&words)?;
         let settings = crate::settings::settings(&read_rig(Path::new(rig))?);
         let settings = settings.map_err(|error| bad_input(format!("{rig}: {error}")))?;
-        match to_board(&serial, baud, &settings)? {
-            Ok(()) => self.progress.stored = Some(rig.to_owned()),
-            Err(SendError::NotKept(_)) => {
-                self.progress.stored = None;
-                self.noted("in use, and not stored: a board stores once between two starts")?;
-            }
+        match to_board((&serial, baud), &settings, kept)? {
+            Ok(()) => self.noted(kept.text())?,
+            Err(SendError::NotKept(verdict)) => self.noted(verdict.explanation())?,
             Err(error) => return Err(bad_input(format!("{serial}: {error}"))),
         }
         Ok(())
+    }
+
+    /// The loop is slower meanwhile: it is to stay quiet about an axis of which the settings do not
+    /// know all.
+    fn be_careful(&mut self) -> Result<(), CommandError> {
+        let careful = self.path("careful.toml");
+        let text = Rig::edited_file(&self.arguments.rig, &programs::careful(self.rig));
+        write_text(&careful, &text.map_err(bad_input)?)?;
+        self.send(&careful.display().to_string(), Kept::UntilStart)
     }
 
     /// Writes an experiment, says it, asks, and runs it; why it ended early, if it did.
@@ -286,14 +288,9 @@ impl Way<'_> {
         ))
     }
 
-    /// A run that ends early has shown something too, if it lasted. The loop is slower meanwhile: it
-    /// is to stay quiet about an axis of which the settings do not know all.
+    /// A run that ends early has shown something too, if it lasted.
     fn recordings(&mut self) -> Result<(), CommandError> {
-        let careful = self.path("careful.toml");
-        let text = Rig::edited_file(&self.arguments.rig, &programs::careful(self.rig));
-        write_text(&careful, &text.map_err(bad_input)?)?;
-        let careful = careful.display().to_string();
-        self.send(&careful)?;
+        self.be_careful()?;
         for (number, name) in RECORDINGS.into_iter().enumerate() {
             if let Some(why) = self.experiment(name, programs::varied(self.rig, number))? {
                 let path = self.path(&format!("{name}.csv"));
@@ -304,7 +301,7 @@ impl Way<'_> {
                 }
                 self.noted(&format!("{why}; the {seconds:.1} s until then are used"))?;
                 // A loop that swung was made slower; with new settings it begins anew.
-                self.send(&careful)?;
+                self.be_careful()?;
             }
         }
         Ok(())

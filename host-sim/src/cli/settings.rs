@@ -14,7 +14,7 @@ use super::inputs::{bad_input, read_rig};
 use super::outputs::{check_outputs, write_bytes};
 use crate::board::image::write_into;
 use crate::board::port::{BAUD, Port};
-use crate::board::send::{SendError, send};
+use crate::board::send::{Kept, SendError, send};
 use crate::settings::{settings, stays_behind};
 use crate::text::file_name;
 
@@ -47,6 +47,9 @@ pub struct SettingsArguments {
     /// Rate of the serial port.
     #[arg(long, default_value_t = BAUD, requires = "serial")]
     pub baud: u32,
+    /// The board uses them until its next start and does not store them.
+    #[arg(long, requires = "serial")]
+    pub try_out: bool,
 }
 
 /// Runs the command, writing to `out`.
@@ -83,9 +86,14 @@ pub fn run(arguments: &SettingsArguments, out: &mut dyn Write) -> Result<(), Com
         )?;
     }
     if let Some(port) = &arguments.serial {
-        let sent = to_board(port, arguments.baud, &settings)?;
+        let kept = if arguments.try_out {
+            Kept::UntilStart
+        } else {
+            Kept::Stored
+        };
+        let sent = to_board((port, arguments.baud), &settings, kept)?;
         sent.map_err(|error| bad_input(format!("{}: {error}", file_name(port))))?;
-        say(out, port, "in use and stored")?;
+        say(out, port, kept.text())?;
     }
     Ok(())
 }
@@ -110,9 +118,9 @@ fn into_image(path: &Path, settings: &Settings) -> Result<(), CommandError> {
 
 /// Sends settings; how the board takes them.
 pub(super) fn to_board(
-    port: &str,
-    baud: u32,
+    (port, baud): (&str, u32),
     settings: &Settings,
+    kept: Kept,
 ) -> Result<Result<(), SendError>, CommandError> {
     let content = record::encode_content(settings)
         .ok_or_else(|| bad_input("the settings are longer than any record"))?;
@@ -122,7 +130,7 @@ pub(super) fn to_board(
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
-    let sent = send(&mut board, &content, |arrived| {
+    let sent = send(&mut board, &content, kept, |arrived| {
         bar.set_position(arrived as u64);
     });
     bar.finish_and_clear();

@@ -57,13 +57,6 @@ pub fn sheet(rig: &str, date: &str, progress: &Progress, runs: &Runs) -> Page {
         section.list(&[
             format!("rig file: {rig}"),
             format!("board: {firmware}"),
-            format!(
-                "settings: {}",
-                match progress.stored {
-                    Some(_) => "stored",
-                    None => "in use and not stored; restart the board and send improved.toml",
-                }
-            ),
             format!("date: {date}"),
         ]);
     });

@@ -63,7 +63,9 @@ impl Step {
     pub fn text(self) -> &'static str {
         match self {
             Self::Board => "What the board says of itself.",
-            Self::Settings => "The rig file's numbers go to the board; nothing moves.",
+            Self::Settings => {
+                "The rig file's numbers go to the board, with a slower loop until the axis is known; nothing moves."
+            }
             Self::FirstMotion => {
                 "The load swings 3 mm about where it is. The board checks valve and gauges: what is the \
                  wrong way round it says before the load has moved 2 mm."
@@ -75,7 +77,9 @@ impl Step {
                 "Varied motion, recorded three times: two runs to learn from, one to judge by."
             }
             Self::Diagnosis => "What the rig file leaves out; nothing moves.",
-            Self::ImprovedSettings => "The improved rig's numbers go to the board; nothing moves.",
+            Self::ImprovedSettings => {
+                "The improved rig's numbers go to the board and are stored; nothing moves."
+            }
             Self::ScoreAfter => "The same moves and sine with them.",
             Self::Sheet => "The acceptance sheet.",
         }
@@ -89,8 +93,6 @@ pub struct Progress {
     pub done: Vec<Step>,
     /// Which program the board runs.
     pub firmware: Option<String>,
-    /// The rig file whose numbers the board has stored; none where those in use are not stored.
-    pub stored: Option<String>,
     /// The verdict's sentence.
     pub verdict: Option<String>,
     /// The score with the rig file as it was ...

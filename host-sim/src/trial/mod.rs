@@ -23,6 +23,7 @@
 
 pub mod book;
 mod digest;
+pub mod drawn_axis;
 pub mod equation;
 pub mod judge;
 pub mod markdown;

@@ -6,14 +6,14 @@
 //! as on the board. Judged is the true position against the reference, from the
 //! end of the first rest on.
 
+use super::drawn_axis::codes;
 use crate::closed_loop::{Drive, HostController, control_task};
 use crate::motion::{Motion, as_sent};
 use crate::plant::valve_v;
 use crate::rig::Rig;
-use firmware::codes::{AdcCodes, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S};
 use firmware::tick::{Sample, State};
 use serde::{Deserialize, Serialize};
-use truth_plant::{Plant, Sample as Measured};
+use truth_plant::Plant;
 
 /// The rest at the beginning, which is not judged, s.
 const FIRST_REST_S: f64 = 1.0;
@@ -126,25 +126,6 @@ pub fn tried(mut plant: Plant, rig: &Rig) -> Tried {
         held_v = next_v;
     }
     Tried::Driven(tally.tracking())
-}
-
-/// The codes of the board's converters for what the plant's sensors say.
-fn codes(measured: &Measured) -> AdcCodes {
-    const STEP_16_BIT: f32 = 1.0;
-    const STEP_12_BIT: f32 = 16.0;
-    // The highest code is that of a failed conversion.
-    let code = |scale: Scale, value: f64, step: f32| {
-        let place = (scale.place(value as f32) / step).round() * step;
-        place.min(f32::from(u16::MAX) - step) as u16
-    };
-    let [a_pa, b_pa] = measured.pressure_pa;
-    AdcCodes::from_array([
-        code(POSITION_M, measured.position_m, STEP_16_BIT),
-        code(PRESSURE_PA, a_pa, STEP_12_BIT),
-        code(PRESSURE_PA, b_pa, STEP_12_BIT),
-        code(PRESSURE_PA, measured.supply_pa, STEP_12_BIT),
-        code(VELOCITY_M_PER_S, measured.speed_m_per_s, STEP_16_BIT),
-    ])
 }
 
 #[derive(Default)]
