@@ -12,8 +12,11 @@ pub struct Runs {
     pub after: Run,
 }
 
+/// A figure of a score: its name, and where it stands.
+type Figure = (&'static str, fn(&Score) -> f64);
+
 /// What is shown, mm.
-const FIGURES: [(&str, fn(&Score) -> f64); 3] = [
+const FIGURES: [Figure; 3] = [
     ("at rest after a move", |score| score.at_rest_mm),
     ("in the sine", |score| score.in_sine_mm),
     ("in the sine, rms", |score| score.in_sine_rms_mm),
