@@ -276,8 +276,8 @@ mod tests {
             lines,
             [
                 "4.0 s",
-                "within -100 to 100 mm, 1.00 m/s, 0.50 to 8.00 bar absolute, 300 N",
-                "step 1 (ramp): opening -0.50 to 0.50 V, 2.00 s",
+                "within \u{2212}100 to 100 mm, 1.00 m/s, 0.50 to 8.00 bar absolute, 300 N",
+                "step 1 (ramp): opening \u{2212}0.50 to 0.50 V, 2.00 s",
                 "step 2 (force): gas pushes 40 N, 2.00 s",
             ]
         );

@@ -1,6 +1,6 @@
 //! The experiments of a commissioning, for an axis of any stroke.
 
-use crate::experiment::envelope_text;
+use crate::experiment::{FASTEST_M_PER_S, envelope_text};
 use crate::rig::Rig;
 use crate::scenario::stroke_range_m;
 use model_core::controller::Gains;
@@ -120,8 +120,6 @@ struct Places {
 
 impl Places {
     fn of(rig: &Rig) -> Option<Self> {
-        /// As fast as the board's sensor of velocity shows, m/s.
-        const FASTEST_M_PER_S: f64 = 1.9;
         let [low_m, high_m] = stroke_range_m(rig)?;
         let whole_m = high_m - low_m;
         Some(Self {

@@ -11,6 +11,9 @@ const REFERENCE: &str = "reference_m";
 /// The end of a move that counts as rest, s.
 const REST_S: f64 = 1.0;
 
+/// A reference that has not changed for so long stands, s.
+const STANDS_S: f64 = 0.1;
+
 /// Errors, mm.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Score {
@@ -67,33 +70,30 @@ impl Run {
         })
     }
 
-    /// Its score: rests are where the reference has stood for so long, sines where it moves.
+    /// Its score: rests are where the reference has stood for so long, sines where it moves. (At a
+    /// peak two samples of a sine may be the same: that is no rest.)
     pub fn score(&self) -> Score {
         let (mut at_rest_mm, mut in_sine_mm) = (0.0_f64, 0.0_f64);
         let (mut squares, mut rows) = (0.0, 0_usize);
-        let mut stands_since_s = f64::NAN;
-        let mut moves_since_s = f64::NAN;
+        let mut changed_s = f64::NEG_INFINITY;
+        let mut moves_since_s = None;
         for row in 1..self.time_s.len() {
             let (time_s, error_mm) = (self.time_s[row], self.error_mm[row].abs());
             if !error_mm.is_finite() {
                 continue;
             }
-            let stands = self.reference_m[row].to_bits() == self.reference_m[row - 1].to_bits();
-            let began_anew = |since_s: f64| if since_s.is_nan() { time_s } else { since_s };
-            if stands {
-                stands_since_s = began_anew(stands_since_s);
-                moves_since_s = f64::NAN;
-                if time_s - stands_since_s > MOVE_S - REST_S {
+            if self.reference_m[row].to_bits() != self.reference_m[row - 1].to_bits() {
+                changed_s = time_s;
+            }
+            if time_s - changed_s > STANDS_S {
+                moves_since_s = None;
+                if time_s - changed_s.max(0.0) > MOVE_S - REST_S {
                     at_rest_mm = at_rest_mm.max(error_mm);
                 }
-            } else {
-                stands_since_s = f64::NAN;
-                moves_since_s = began_anew(moves_since_s);
-                if time_s - moves_since_s > 1.0 / SWING_HZ {
-                    in_sine_mm = in_sine_mm.max(error_mm);
-                    squares += error_mm * error_mm;
-                    rows += 1;
-                }
+            } else if time_s - *moves_since_s.get_or_insert(time_s) > 1.0 / SWING_HZ {
+                in_sine_mm = in_sine_mm.max(error_mm);
+                squares += error_mm * error_mm;
+                rows += 1;
             }
         }
         Score {
@@ -127,7 +127,7 @@ mod tests {
         for tick in 0..9000 {
             let time = f64::from(tick) * 1e-3;
             time_s.push(time);
-            if time < 2.5 {
+            if time <= 2.5 {
                 reference_m.push(0.05);
                 error_mm.push(if time < 1.0 { 40.0 } else { 0.02 });
             } else {

@@ -12,6 +12,9 @@ const LOWEST_PA: f64 = 2e4;
 const FARTHEST_M: f64 = 0.25;
 const HIGHEST_PA: f64 = 1e6;
 
+/// As fast as the board's sensor of velocity shows, m/s.
+pub const FASTEST_M_PER_S: f64 = 1.9;
+
 /// The section `[envelope]` of an experiment file: these places, and what valve and supply can do.
 pub fn envelope_text(rig: &Rig, [low_m, high_m]: [f64; 2], speed_m_per_s: f64) -> String {
     let supply_pa = rig.value("supply.pressure_Pa").unwrap_or(USUAL_SUPPLY_PA);

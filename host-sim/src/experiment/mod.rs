@@ -26,7 +26,7 @@ mod envelope;
 mod read;
 mod steps;
 
-pub use envelope::envelope_text;
+pub use envelope::{FASTEST_M_PER_S, envelope_text};
 pub use read::{ExperimentError, parse, read};
 
 use firmware::experiment::{Envelope, Step, frames};

@@ -1,14 +1,11 @@
 //! A recording of the bank as an experiment file: what was simulated is what a board runs.
 
 use super::bank::{Excitation, Place, Procedure, SetUp};
-use crate::experiment::envelope_text;
+use crate::experiment::{FASTEST_M_PER_S, envelope_text};
 use crate::motion::{Motion, Segment};
 use crate::rig::Rig;
 use crate::scenario::{Command, Shape, stroke_range_m};
 use std::fmt::Write;
-
-/// As fast as the board's sensor of velocity shows, m/s.
-const FASTEST_M_PER_S: f64 = 1.9;
 
 /// The file; none where the rig does not say enough of the axis.
 pub(super) fn of(procedure: &Procedure, rig: &Rig) -> Option<String> {
