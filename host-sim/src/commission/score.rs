@@ -84,16 +84,16 @@ impl Run {
             }
             if self.reference_m[row].to_bits() != self.reference_m[row - 1].to_bits() {
                 changed_s = time_s;
-            }
-            if time_s - changed_s > STANDS_S {
+                if time_s - *moves_since_s.get_or_insert(time_s) > 1.0 / SWING_HZ {
+                    in_sine_mm = in_sine_mm.max(error_mm);
+                    squares += error_mm * error_mm;
+                    rows += 1;
+                }
+            } else if time_s - changed_s > STANDS_S {
                 moves_since_s = None;
                 if time_s - changed_s.max(0.0) > MOVE_S - REST_S {
                     at_rest_mm = at_rest_mm.max(error_mm);
                 }
-            } else if time_s - *moves_since_s.get_or_insert(time_s) > 1.0 / SWING_HZ {
-                in_sine_mm = in_sine_mm.max(error_mm);
-                squares += error_mm * error_mm;
-                rows += 1;
             }
         }
         Score {
