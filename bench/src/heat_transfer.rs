@@ -415,8 +415,11 @@ impl Course {
     /// None if the runs do not determine it.
     fn of(runs: &[&Run]) -> Option<Self> {
         let until_s = runs.iter().map(|one| one.open_s()).fold(0.0, f64::max);
-        let line = |ends: &[f64], time_s: f64| ends[0] + (ends[1] - ends[0]) * time_s / until_s;
-        let residuals = |ends: &[f64]| residuals(runs, &|time_s| line(ends, time_s));
+        let residuals = |ends: &[f64]| {
+            residuals(runs, &|time_s| {
+                between([ends[0], ends[1]], time_s / until_s)
+            })
+        };
         let end = Parameter::new(50.0).bounded(RANGE.0, RANGE.1);
         let solved = fitted(&[end, end], &residuals).ok()?;
         let change = solved.values[1] - solved.values[0];
@@ -430,8 +433,7 @@ impl Course {
     }
 
     fn at(&self, time_s: f64) -> f64 {
-        let [(from, _), (to, _)] = self.ends;
-        from + (to - from) * time_s / self.until_s
+        between(self.ends.map(|(value, _)| value), time_s / self.until_s)
     }
 
     fn sentence(&self, fills: bool) -> String {
@@ -452,6 +454,10 @@ impl Course {
             )
         }
     }
+}
+
+fn between([from, to]: [f64; 2], share: f64) -> f64 {
+    from + (to - from) * share
 }
 
 fn way(fills: bool) -> &'static str {

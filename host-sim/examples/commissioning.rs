@@ -16,7 +16,6 @@ use host_sim::rig::Rig;
 use host_sim::trial::drawn_axis::DrawnAxis;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use truth_plant::{Kind, Nature, Request, Strength};
 
 /// Faster than time, and slow enough for the host's signs of life.
@@ -131,11 +130,8 @@ fn board(request: &Request, known: &Rig) -> Result<String, String> {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     std::thread::spawn(move || {
-        for stream in listener.incoming() {
-            let stream = stream.unwrap();
-            let wait = Some(Duration::from_millis(1));
-            stream.set_read_timeout(wait).unwrap();
-            let _ = twin.serve(stream, SPEED);
+        loop {
+            let _ = twin.serve_next(&listener, SPEED);
         }
     });
     Ok(address)

@@ -8,7 +8,6 @@
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use host_sim::board::twin::Twin;
 use host_sim::cli::board_port::BoardPort;
@@ -22,22 +21,7 @@ use host_sim::rig::Rig;
 const SPEED: f64 = 2.5;
 const PAPER: &str = include_str!("../rigs/paper.toml");
 /// As `pneuma init` states it of a data sheet.
-const UNCERTAINTY: &str = r#"
-[uncertainty]
-"supply.pressure_Pa" = 0.01
-"valve.null_V" = 0.02
-"valve.opening_V" = 0.02
-"valve.supply_area_m2" = 0.05
-"valve.exhaust_area_m2" = 0.05
-"cylinder.dead_volume_a_m3" = 0.1
-"cylinder.dead_volume_b_m3" = 0.1
-"chambers.heat_transfer_charging_W_m2K" = 0.3
-"chambers.heat_transfer_discharging_W_m2K" = 0.3
-"carriage.mass_kg" = 0.02
-"friction.viscous_Ns_m" = 0.1
-"friction.coulomb_N" = 0.1
-"friction.static_N" = 0.1
-"#;
+const UNCERTAINTY: &str = include_str!("../fixtures/paper-uncertainty.toml");
 
 /// A board at an axis, whose settings are the paper's.
 fn board(axis: &str) -> String {
@@ -47,11 +31,8 @@ fn board(axis: &str) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     std::thread::spawn(move || {
-        for stream in listener.incoming() {
-            let stream = stream.unwrap();
-            let wait = Some(Duration::from_millis(1));
-            stream.set_read_timeout(wait).unwrap();
-            twin.serve(stream, SPEED).unwrap();
+        loop {
+            twin.serve_next(&listener, SPEED).unwrap();
         }
     });
     address

@@ -7,7 +7,6 @@
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use diagnosis::inspect::inspect;
 use firmware::codes::{COMMAND_V, POSITION_M, PRESSURE_PA};
@@ -387,12 +386,8 @@ fn twin(hosts: usize) -> String {
     let address = listener.local_addr().unwrap().to_string();
     std::thread::spawn(move || {
         for _ in 0..hosts {
-            let (stream, _) = listener.accept().unwrap();
-            stream
-                .set_read_timeout(Some(Duration::from_millis(1)))
-                .unwrap();
-            // A host that says ten times a second that it is there must be heard in time.
-            twin.serve(stream, 2.0).unwrap();
+            // A host that says twenty times a second that it is there must be heard in time.
+            twin.serve_next(&listener, 2.0).unwrap();
         }
     });
     address

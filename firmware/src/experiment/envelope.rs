@@ -16,30 +16,6 @@ pub struct Envelope {
     pub force_n: f32,
 }
 
-/// What of an envelope was left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bound {
-    /// The position.
-    Position,
-    /// The speed.
-    Speed,
-    /// A pressure.
-    Pressure,
-    /// The force.
-    Force,
-}
-
-impl Bound {
-    pub(super) fn reason(self) -> Reason {
-        match self {
-            Self::Position => Reason::Position,
-            Self::Speed => Reason::Speed,
-            Self::Pressure => Reason::Pressure,
-            Self::Force => Reason::Force,
-        }
-    }
-}
-
 impl Envelope {
     /// The numbers in the order of the wire.
     pub fn to_array(self) -> [f32; 6] {
@@ -77,9 +53,9 @@ impl Envelope {
             && self.force_n > 0.0
     }
 
-    /// What is beyond it, and its value.
+    /// Why a run that is beyond it ends, and the value that is.
     #[inline]
-    pub(super) fn left(&self, now: &Measurements<f32>, force_n: f32) -> Option<(Bound, f32)> {
+    pub(super) fn left(&self, now: &Measurements<f32>, force_n: f32) -> Option<(Reason, f32)> {
         let is_kept = is_within(now.position_m, self.position_m)
             && now.velocity_m_per_s.abs() <= self.speed_m_per_s
             && is_within(now.pressure_a_pa, self.pressure_pa)
@@ -93,18 +69,22 @@ impl Envelope {
     }
 
     #[cold]
-    fn first_left(&self, now: &Measurements<f32>, force_n: f32) -> Option<(Bound, f32)> {
+    fn first_left(&self, now: &Measurements<f32>, force_n: f32) -> Option<(Reason, f32)> {
         let both = |most: f32| [-most, most];
         [
-            (Bound::Position, now.position_m, self.position_m),
-            (Bound::Speed, now.velocity_m_per_s, both(self.speed_m_per_s)),
-            (Bound::Pressure, now.pressure_a_pa, self.pressure_pa),
-            (Bound::Pressure, now.pressure_b_pa, self.pressure_pa),
-            (Bound::Force, force_n, both(self.force_n)),
+            (Reason::Position, now.position_m, self.position_m),
+            (
+                Reason::Speed,
+                now.velocity_m_per_s,
+                both(self.speed_m_per_s),
+            ),
+            (Reason::Pressure, now.pressure_a_pa, self.pressure_pa),
+            (Reason::Pressure, now.pressure_b_pa, self.pressure_pa),
+            (Reason::Force, force_n, both(self.force_n)),
         ]
         .into_iter()
         .find(|(_, value, range)| !is_within(*value, *range))
-        .map(|(bound, value, _)| (bound, value))
+        .map(|(reason, value, _)| (reason, value))
     }
 }
 

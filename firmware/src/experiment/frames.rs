@@ -14,7 +14,7 @@ use super::step::{MOST_STEPS, STEP_BYTES, Step};
 use super::{Reason, Stage};
 use crate::frame::LONGEST_PAYLOAD;
 use crate::link::{Fields, Payload, put};
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crate::settings::record::CRC;
 
 const GUARD: u8 = 0x50;
 const LOAD: u8 = 0x51;
@@ -138,7 +138,6 @@ fn bare(kind: u8) -> Payload {
 
 /// The CRC of a program: its envelope's numbers and its steps' bytes.
 pub fn crc(envelope: &Envelope, steps: &[u8]) -> u32 {
-    const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut digest = CRC.digest();
     for number in envelope.to_array() {
         digest.update(&number.to_le_bytes());

@@ -19,7 +19,7 @@ pub mod frames;
 mod step;
 
 pub use course::Asked;
-pub use envelope::{Bound, Envelope};
+pub use envelope::Envelope;
 pub use step::{Defect, MOST_STEPS, Step};
 
 use course::Course;
@@ -227,7 +227,6 @@ impl Experiment {
         run.silent_s += dt_s;
         let is_silent = run.silent_s > SILENCE_S;
         let left = self.envelope.left(measured, force_n);
-        let left = left.map(|(bound, value)| (bound.reason(), value));
         if let Some((reason, value)) = left.or(is_silent.then_some((Reason::HostSilent, SILENCE_S)))
         {
             self.value = value;

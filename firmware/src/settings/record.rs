@@ -31,7 +31,8 @@ const MAGIC: [u8; 4] = *b"PNMA";
 const CRC_AT: usize = 12;
 /// What flash reads as after it is erased.
 pub const ERASED: u8 = 0xFF;
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+/// The one CRC-32 of the board.
+pub(crate) const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// The content of a record.
 pub type Content = Vec<u8, LONGEST_CONTENT>;

@@ -136,14 +136,13 @@ impl<'a, W: Write> Listener<'a, W> {
         }
     }
 
-    /// Records for a while; the last report that came meanwhile.
-    fn listen_for(&mut self, time: Duration) -> Result<Option<Report>, RunError> {
+    /// Records for a while.
+    fn listen_for(&mut self, time: Duration) -> Result<(), RunError> {
         let until = Instant::now() + time;
-        let mut told = None;
         while Instant::now() < until {
-            told = self.look(until.min(Instant::now() + GLANCE))?.or(told);
+            self.look(until.min(Instant::now() + GLANCE))?;
         }
-        Ok(told)
+        Ok(())
     }
 
     fn look(&mut self, until: Instant) -> Result<Option<Report>, RunError> {

@@ -6,6 +6,7 @@
 //! the program ends.
 
 use std::io::{self, Read, Write};
+use std::net::TcpListener;
 use std::time::{Duration, Instant};
 
 use firmware::codes::{AdcCodes, DacCode};
@@ -31,6 +32,8 @@ use crate::wire::{Heard, Wire};
 
 /// Ticks between looks at the wire.
 const TICKS_AT_ONCE: u32 = 10;
+/// Reading must end soon, for the axis moves meanwhile.
+const READ_WAIT: Duration = Duration::from_millis(1);
 /// A look at the wire takes at least so long, also where time is short.
 const LEAST_LOOK: Duration = Duration::from_millis(1);
 /// Status reports, as a board sends them unasked: five a second.
@@ -147,6 +150,14 @@ impl<A: Axis> Twin<A> {
             twin.step();
         }
         Ok(twin)
+    }
+
+    /// Waits for the next host and serves it, at `speed` times the speed of time.
+    pub fn serve_next(&mut self, listener: &TcpListener, speed: f64) -> io::Result<()> {
+        let (stream, _) = listener.accept()?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(READ_WAIT))?;
+        self.serve(stream, speed)
     }
 
     /// Serves a host until it hangs up, at `speed` times the speed of time, or

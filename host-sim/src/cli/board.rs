@@ -21,7 +21,6 @@ use std::io::Write;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::time::Duration;
 
 /// Tell a board what to do, or ask how it is.
 ///
@@ -201,8 +200,6 @@ fn show(bar: &ProgressBar, progress: &Progress, wish: &Move) {
 }
 
 fn be_a_board(arguments: &TwinArguments, out: &mut dyn Write) -> Result<(), CommandError> {
-    /// Reading must end soon, for the axis moves meanwhile.
-    const READ_WAIT: Duration = Duration::from_millis(1);
     let known_path = arguments.controller_rig.as_ref().unwrap_or(&arguments.rig);
     let (rig, known) = (read_rig(&arguments.rig)?, read_rig(known_path)?);
     let plant = PlantSettings::at(0.0, arguments.seed);
@@ -217,10 +214,7 @@ fn be_a_board(arguments: &TwinArguments, out: &mut dyn Write) -> Result<(), Comm
     writeln!(out, "listening at {}", listener.local_addr()?)?;
     out.flush()?;
     loop {
-        let (stream, _) = listener.accept()?;
-        stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(READ_WAIT))?;
-        twin.serve(stream, 1.0)?;
+        twin.serve_next(&listener, 1.0)?;
     }
 }
 

@@ -1,7 +1,7 @@
 //! `pneuma board run`: an experiment on the board, recorded.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CommandError;
 use super::board_port::{BoardPort, not_done};
-use super::inputs::{bad_input, read_rig};
+use super::inputs::{bad_input, bare_name, read_rig};
 use super::outputs::{cannot_write, check_outputs};
 use super::stop::stop_wish;
 use crate::board::experiment::{self as runs, RunError};
@@ -51,7 +51,7 @@ pub struct RunArguments {
 /// If a file cannot be used, the board is not ready, or the run ends early.
 pub fn run(arguments: &RunArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     let (program, report) = recorded(arguments, out)?;
-    let name = file_name(&arguments.experiment.display().to_string()).to_owned();
+    let name = file_name(&arguments.experiment.display().to_string());
     match ending(&program, &report) {
         None => {
             writeln!(out, "{name}: ran to its end")?;
@@ -71,7 +71,7 @@ pub(super) fn recorded(
     let rig = read_rig(&arguments.rig)?;
     let rig_name = arguments.rig.display().to_string();
     check_signals(&rig, &rig_name).map_err(bad_input)?;
-    let name = file_name(&arguments.experiment.display().to_string()).to_owned();
+    let name = file_name(&arguments.experiment.display().to_string());
     writeln!(out, "{name}: {}", lines_of(&program).join("\n  "))?;
     out.flush()?;
     let mut port = Port::open(&arguments.port.serial, arguments.port.baud).map_err(bad_input)?;
@@ -209,11 +209,7 @@ fn write_head(
     program: &Program,
     (arguments, firmware): (&RunArguments, &str),
 ) -> Result<(), CommandError> {
-    let bare = |path: &Path| {
-        let name = path.file_name().unwrap_or(path.as_os_str());
-        name.to_string_lossy().into_owned()
-    };
-    let (experiment, rig) = (bare(&arguments.experiment), bare(&arguments.rig));
+    let (experiment, rig) = (bare_name(&arguments.experiment), bare_name(&arguments.rig));
     writeln!(pending, "# experiment {experiment}, rig {rig}, {firmware}")?;
     for line in program.text.lines() {
         writeln!(pending, "{}", format!("# {line}").trim_end())?;
@@ -235,7 +231,7 @@ fn tell_recording(
     losses: &Losses,
     out: &mut dyn Write,
 ) -> Result<(), CommandError> {
-    let name = file_name(&arguments.out.display().to_string()).to_owned();
+    let name = file_name(&arguments.out.display().to_string());
     let lost = if losses.is_any() {
         format!("LOST: {losses}")
     } else {

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::board_port::{BoardPort, not_done};
 use super::board_run::{RunArguments, ending, lines_of, recorded};
 use super::diagnose::{self, DiagnoseArguments};
-use super::inputs::{bad_input, provenance, read_rig};
+use super::inputs::{bad_input, bare_name, provenance, read_rig};
 use super::outputs::{write_json, write_page, write_text};
 use super::settings::to_board;
 use super::{CommandError, typed};
@@ -26,7 +26,6 @@ use crate::commission::steps::{Progress, Step};
 use crate::experiment;
 use crate::recording::Recording;
 use crate::rig::Rig;
-use crate::text::file_name;
 
 /// What is done, in the folder.
 const PROGRESS: &str = "commission.json";
@@ -353,7 +352,7 @@ impl Way<'_> {
             before: before.transpose()?,
             after: self.scored("after.csv")?,
         };
-        let rig = name_of(&self.arguments.rig);
+        let rig = bare_name(&self.arguments.rig);
         let date = jiff::Timestamp::now().strftime("%Y-%m-%d").to_string();
         let mut page = sheet(&rig, &date, &self.progress, &runs);
         let files = [
@@ -370,9 +369,4 @@ impl Way<'_> {
         writeln!(self.out, "  pneuma {}", words.join(" "))?;
         Ok(self.out.flush()?)
     }
-}
-
-fn name_of(path: &Path) -> String {
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    file_name(&name.to_string_lossy()).to_owned()
 }

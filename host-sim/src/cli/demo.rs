@@ -27,22 +27,7 @@ const MARK_TEXT: &str =
 /// What is known of the axis that the firmware moves.
 const PAPER: &str = include_str!("../../rigs/paper.toml");
 /// How well its numbers are known, one standard deviation: as from data sheets and a kitchen balance.
-const UNCERTAINTY: &str = r#"
-[uncertainty]
-"supply.pressure_Pa" = 0.01
-"valve.null_V" = 0.02
-"valve.opening_V" = 0.02
-"valve.supply_area_m2" = 0.05
-"valve.exhaust_area_m2" = 0.05
-"cylinder.dead_volume_a_m3" = 0.1
-"cylinder.dead_volume_b_m3" = 0.1
-"chambers.heat_transfer_charging_W_m2K" = 0.3
-"chambers.heat_transfer_discharging_W_m2K" = 0.3
-"carriage.mass_kg" = 0.02
-"friction.viscous_Ns_m" = 0.1
-"friction.coulomb_N" = 0.1
-"friction.static_N" = 0.1
-"#;
+const UNCERTAINTY: &str = include_str!("../../fixtures/paper-uncertainty.toml");
 /// What that axis has besides: a leak past the piston of 0.15 mm2.
 const CONCEALED: &str = "\n[effects.piston-leakage]\norifice_m2 = 1.5e-7\n";
 /// Length of the firmware's recording, s: moves and the first sines.

@@ -25,6 +25,12 @@ pub(super) fn read_rig(path: &Path) -> Result<Rig, CommandError> {
     Rig::read(path).map_err(bad_input)
 }
 
+/// The name of a file without its folders, on one line.
+pub(super) fn bare_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    file_name(&name.to_string_lossy())
+}
+
 /// Reads recordings. Error lines name the file as typed; afterwards a recording
 /// goes by its file name, unless two share it.
 pub(super) fn read_recordings(
@@ -35,11 +41,7 @@ pub(super) fn read_recordings(
     for path in paths {
         all.push(read_recording(path, rig)?);
     }
-    let short = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or(path.as_os_str());
-        file_name(&name.to_string_lossy())
-    };
-    let names: Vec<String> = paths.iter().map(short).collect();
+    let names: Vec<String> = paths.iter().map(|path| bare_name(path)).collect();
     let distinct: BTreeSet<&String> = names.iter().collect();
     if distinct.len() == names.len() {
         for (recording, name) in all.iter_mut().zip(names) {

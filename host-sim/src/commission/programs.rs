@@ -1,6 +1,6 @@
 //! The experiments of a commissioning, for an axis of any stroke.
 
-use crate::experiment::{FASTEST_M_PER_S, envelope_text};
+use crate::experiment::{FASTEST_M_PER_S, envelope_text, step_text};
 use crate::rig::Rig;
 use crate::scenario::stroke_range_m;
 use model_core::controller::Gains;
@@ -30,9 +30,9 @@ pub fn first_motion(rig: &Rig) -> Option<String> {
     Some(format!(
         "{}{envelope}{}{}{}",
         head("The first motion"),
-        step("hold", "seconds = 1.0"),
+        step_text("hold", &[("seconds", 1.0)]),
         sine(FIRST_M, 0.5, 2),
-        step("hold", "seconds = 1.0")
+        step_text("hold", &[("seconds", 1.0)])
     ))
 }
 
@@ -80,17 +80,23 @@ pub fn careful(rig: &Rig) -> Rig {
 pub fn varied(rig: &Rig, number: usize) -> Option<String> {
     let axis = Places::of(rig)?;
     let pulses_v = PULSES_V[number % PULSES_V.len()];
-    let pulses = step(
+    let pulses = step_text(
         "bursts",
-        &format!("amplitude_V = {pulses_v}\nshortest_s = 0.03\nlongest_s = 0.12\nseconds = 2.5"),
+        &[
+            ("amplitude_V", pulses_v),
+            ("shortest_s", 0.03),
+            ("longest_s", 0.12),
+            ("seconds", 2.5),
+        ],
     );
-    let near_m = axis.middle_m + 0.25 * axis.stroke_m;
-    let rests = format!(
-        "from_m = {:.4}\nto_m = {near_m:.4}\nmove_s = 0.4\nrests_s = [0.1, 0.3, 0.6]",
-        axis.middle_m
-    );
+    let ladder = [
+        ("from_m", axis.middle_m),
+        ("to_m", axis.middle_m + 0.25 * axis.stroke_m),
+        ("move_s", 0.4),
+    ];
+    let ladder = step_text("dwell", &ladder) + "rests_s = [0.1, 0.3, 0.6]\n";
     let side = if number.is_multiple_of(2) { -1.0 } else { 1.0 };
-    let soon = |to_m: f64| step("move", &format!("to_m = {to_m:.4}\nseconds = 0.8"));
+    let soon = |to_m: f64| step_text("move", &[("to_m", to_m), ("seconds", 0.8)]);
     let swing = |part: f64, frequency_hz: f64, periods: u32| {
         sine(part * axis.swing_m, frequency_hz, periods)
     };
@@ -105,7 +111,7 @@ pub fn varied(rig: &Rig, number: usize) -> Option<String> {
         pulses,
         soon(axis.middle_m),
         swing(0.4, 1.5, 4),
-        step("dwell", &rests),
+        ladder,
     ];
     Some(parts.concat())
 }
@@ -135,19 +141,19 @@ fn head(what: &str) -> String {
     format!("# {what}.\nformat = \"experiment/1\"\n\n")
 }
 
-fn step(kind: &str, keys: &str) -> String {
-    format!("\n[[step]]\nkind = \"{kind}\"\n{keys}\n")
-}
-
 fn go(to_m: f64) -> String {
-    step("move", &format!("to_m = {to_m:.4}\nseconds = {MOVE_S:?}"))
+    step_text("move", &[("to_m", to_m), ("seconds", MOVE_S)])
 }
 
 fn sine(amplitude_m: f64, frequency_hz: f64, periods: u32) -> String {
-    let keys = format!(
-        "amplitude_m = {amplitude_m:.4}\nfrequency_Hz = {frequency_hz:.2}\nperiods = {periods}.0"
-    );
-    step("sine", &keys)
+    step_text(
+        "sine",
+        &[
+            ("amplitude_m", amplitude_m),
+            ("frequency_Hz", frequency_hz),
+            ("periods", f64::from(periods)),
+        ],
+    )
 }
 
 #[cfg(test)]

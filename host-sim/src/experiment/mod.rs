@@ -22,12 +22,12 @@
 //! seconds = 10.0
 //! ```
 
-mod envelope;
 mod read;
 mod steps;
+mod write;
 
-pub use envelope::{FASTEST_M_PER_S, envelope_text};
 pub use read::{ExperimentError, parse, read};
+pub use write::{FASTEST_M_PER_S, envelope_text, step_text};
 
 use firmware::experiment::{Envelope, Step, frames};
 

@@ -1,7 +1,7 @@
 //! A recording of the bank as an experiment file: what was simulated is what a board runs.
 
 use super::bank::{Excitation, Place, Procedure, SetUp};
-use crate::experiment::{FASTEST_M_PER_S, envelope_text};
+use crate::experiment::{FASTEST_M_PER_S, envelope_text, step_text};
 use crate::motion::{Motion, Segment};
 use crate::rig::Rig;
 use crate::scenario::{Command, Shape, stroke_range_m};
@@ -81,32 +81,22 @@ fn by_hand(excitation: &Excitation, rig: &Rig) -> String {
     lines
 }
 
-fn step(kind: &str, numbers: &[(&str, f64)]) -> String {
-    let mut text = format!("\n[[step]]\nkind = \"{kind}\"\n");
-    for (key, value) in numbers {
-        // Four digits behind the point: tenths of a millivolt, of a millimetre, of a millisecond.
-        let rounded = (1e4 * value).round() / 1e4;
-        let _ = writeln!(text, "{key} = {rounded:?}");
-    }
-    text
-}
-
 fn opening(opening_v: f64, seconds: f64) -> String {
-    step("opening", &[("opening_V", opening_v), ("seconds", seconds)])
+    step_text("opening", &[("opening_V", opening_v), ("seconds", seconds)])
 }
 
 fn of_motion(motion: &Motion) -> Vec<String> {
-    let start = step("move", &[("to_m", motion.start_m()), ("seconds", 2.0)]);
+    let start = step_text("move", &[("to_m", motion.start_m()), ("seconds", 2.0)]);
     let of_part = |part: &crate::motion::Placed| {
         let seconds = part.end_s - part.begin_s;
         match part.segment {
-            Segment::Hold { .. } => step("hold", &[("seconds", seconds)]),
-            Segment::Move { to_m } => step("move", &[("to_m", to_m), ("seconds", seconds)]),
+            Segment::Hold { .. } => step_text("hold", &[("seconds", seconds)]),
+            Segment::Move { to_m } => step_text("move", &[("to_m", to_m), ("seconds", seconds)]),
             Segment::Sine {
                 amplitude_m,
                 frequency_hz,
                 periods,
-            } => step(
+            } => step_text(
                 "sine",
                 &[
                     ("amplitude_m", amplitude_m),
@@ -137,7 +127,7 @@ fn of_command(command: &Command, null_v: f64, seconds: f64) -> Vec<String> {
                 ("amplitude_V", to_v - null_v),
                 ("seconds", 4.0 * seconds * periods as f64),
             ];
-            let text = step("triangle", &whole);
+            let text = step_text("triangle", &whole);
             steps.push(format!("{text}periods = {periods}\n"));
             timed.drain(..3 * periods);
         } else {
@@ -180,14 +170,14 @@ fn of_shape(shape: &Shape, null_v: f64, seconds: f64) -> Vec<String> {
         Shape::Ramp { from_v, to_v, .. } => {
             let [from_v, to_v] = [from_v, to_v].map(|one| one - null_v);
             let ramp = [("from_V", from_v), ("to_V", to_v), ("seconds", seconds)];
-            vec![step("ramp", &ramp)]
+            vec![step_text("ramp", &ramp)]
         }
         Shape::Chirp {
             amplitude_v,
             from_hz,
             to_hz,
             ..
-        } => vec![step(
+        } => vec![step_text(
             "chirp",
             &[
                 ("amplitude_V", *amplitude_v),

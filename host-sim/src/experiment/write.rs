@@ -1,6 +1,7 @@
-//! The envelope of an axis, as far as its rig file says.
+//! Experiment files written: their steps, and the envelope of an axis as far as its rig file says.
 
 use crate::rig::Rig;
+use std::fmt::Write;
 
 /// Pressures and forces that no sound run exceeds: as parts of the supply's.
 const ROOM: f64 = 1.2;
@@ -27,4 +28,15 @@ pub fn envelope_text(rig: &Rig, [low_m, high_m]: [f64; 2], speed_m_per_s: f64) -
         high_m.min(FARTHEST_M),
         ROOM * supply_pa * area_m2
     )
+}
+
+/// A step, `[[step]]` and its keys.
+pub fn step_text(kind: &str, numbers: &[(&str, f64)]) -> String {
+    let mut text = format!("\n[[step]]\nkind = \"{kind}\"\n");
+    for (key, value) in numbers {
+        // Four digits behind the point: tenths of a millivolt, of a millimetre, of a millisecond.
+        let rounded = (1e4 * value).round() / 1e4;
+        let _ = writeln!(text, "{key} = {rounded:?}");
+    }
+    text
 }
