@@ -6,8 +6,8 @@
 
 use crate::effects::Numbers;
 use crate::effects::flow::{
-    chamber_leakage, exhaust_back_pressure, piston_leakage, slew_limit, spool_dynamics,
-    supply_droop, tube_line, unknown_opening, valve_delay, valve_hysteresis,
+    chamber_leakage, exhaust_back_pressure, piston_leakage, port_throttle, slew_limit,
+    spool_dynamics, supply_droop, tube_line, unknown_opening, valve_delay, valve_hysteresis,
 };
 use crate::effects::friction::{
     coulomb, direction_dependent, dwell_stiction, position_dependent, pressure_dependent, stribeck,
@@ -317,6 +317,8 @@ impl<R: Real> Values<'_, R> {
                 .as_ref()
                 .is_some_and(|valve| valve.exhausts == Some(Exhausts::Two)),
             cushion: end_cushion::needles(self),
+            throttle_a: port_throttle::law(self, Side::A),
+            throttle_b: port_throttle::law(self, Side::B),
         })
     }
 

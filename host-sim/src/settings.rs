@@ -474,7 +474,7 @@ mod tests {
     fn prop_every_gain_arrives_and_no_other_changes() {
         let plain = settings(&paper()).expect("it makes settings").controller;
         assert_eq!(plain, Gains::default());
-        for (place, standard) in plain.fields().into_iter().enumerate() {
+        for standard in plain.fields() {
             let key = standard
                 .name
                 .strip_prefix("controller.")
@@ -487,11 +487,11 @@ mod tests {
             let again = Rig::parse(&rig.to_toml(), "again.toml").expect("it is a rig");
             assert_eq!(again, rig);
             let changed = settings(&rig).expect("it makes settings").controller;
-            for (other, field) in changed.fields().into_iter().enumerate() {
-                let expected = if other == place {
+            for (field, unchanged) in changed.fields().zip(plain.fields()) {
+                let expected = if field.name == standard.name {
                     value
                 } else {
-                    plain.fields()[other].value
+                    unchanged.value
                 };
                 assert!(
                     (field.value - expected).abs() <= 1e-6 * expected.abs(),

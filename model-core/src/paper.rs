@@ -11,9 +11,9 @@ use crate::chamber::{Chamber, ChamberGeometry, ThermalModel};
 use crate::friction::{Bristle, FrictionLevels};
 use crate::gas::Gas;
 use crate::left_out::{
-    ChamberLeakage, EndCushion, ExhaustBackPressure, FrictionTerms, PistonLeakage, SlewLimit,
-    SpoolDynamics, SupplyDroop, TubeLine, ValveDelay, ValveHysteresis, VariableHeatTransfer,
-    WallTemperature,
+    ChamberLeakage, EndCushion, ExhaustBackPressure, FrictionTerms, PistonLeakage, PortThrottle,
+    SlewLimit, SpoolDynamics, SupplyDroop, TubeLine, ValveDelay, ValveHysteresis,
+    VariableHeatTransfer, WallTemperature,
 };
 use crate::real::Real;
 use crate::valve::{AreaTable, FlowLaw, GasState, Valve};
@@ -129,6 +129,8 @@ pub fn axis<R: Real>() -> Axis<R> {
             back_pressure: ExhaustBackPressure::neutral(),
             separate_exhausts: false,
             cushion: EndCushion::neutral(),
+            throttle_a: PortThrottle::NEUTRAL,
+            throttle_b: PortThrottle::NEUTRAL,
         },
         carriage: carriage(),
         friction: friction_levels(),

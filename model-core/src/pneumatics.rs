@@ -10,7 +10,7 @@ use crate::chamber::{Chamber, ChamberFlow, ChamberState};
 use crate::gas::Gas;
 use crate::left_out::{
     ChamberLeakage, Crossing, EndCushion, ExhaustBackPressure, Passed, PistonLeakage, PortFlow,
-    SilencerState, SupplyDroop, TankState, TubeEnd, TubeLine, TubeState,
+    PortThrottle, SilencerState, SupplyDroop, TankState, TubeEnd, TubeLine, TubeState,
 };
 use crate::real::Real;
 use crate::valve::{FlowLaw, GasState, PathAreas};
@@ -44,6 +44,10 @@ pub struct Pneumatics<R> {
     pub separate_exhausts: bool,
     /// Cushions at the ends of the stroke (two of a kind).
     pub cushion: EndCushion<R>,
+    /// One-way flow control at the port of chamber a.
+    pub throttle_a: PortThrottle<R>,
+    /// The same of chamber b.
+    pub throttle_b: PortThrottle<R>,
 }
 
 /// State of the gas.
@@ -144,6 +148,7 @@ enum Port<R> {
 struct Side<'a, R> {
     chamber: &'a Chamber<R>,
     leak: &'a ChamberLeakage<R>,
+    throttle: &'a PortThrottle<R>,
     /// What crosses the piston into this chamber.
     crossing: Option<Crossing<R>>,
 }
@@ -176,7 +181,7 @@ impl<R: Real> Pneumatics<R> {
         piston: Piston<R, impl FnOnce(R, R) -> R>,
         dt_s: R,
     ) {
-        let areas = self.cushioned(&valve.areas, valve.supply, state, piston.middle_m);
+        let areas = self.restricted(&valve.areas, valve.supply, state, piston.middle_m);
         self.step_open(state, (&areas, valve.supply), piston, dt_s);
     }
 
@@ -212,7 +217,7 @@ impl<R: Real> Pneumatics<R> {
             .supply_droop
             .between(&self.law, constant, valve.supply, dt_s);
         let stored = tank.now(&state.tank);
-        let areas = &self.cushioned(&valve.areas, stored, state, piston.middle_m);
+        let areas = &self.restricted(&valve.areas, stored, state, piston.middle_m);
         let wanted = self.draw(areas, stored, self.ports(state));
         let seen = tank.seen(&state.tank, wanted);
         let ports = self.step_open(state, (areas, seen), piston, dt_s);
@@ -316,7 +321,7 @@ impl<R: Real> Pneumatics<R> {
         let passed = self
             .tube
             .is_present()
-            .then(|| self.step_tube(side.chamber, state, tube, paths, half_m.1, dt_s));
+            .then(|| self.step_tube(side, state, tube, paths, half_m.1, dt_s));
         let start_k = state.temperature_k.value;
         let flow = |gas| self.side_flow(side, (passed, start_k), paths, gas);
         let gas = side.chamber.predict(state, &stroke, flow, dt_s);
@@ -374,7 +379,7 @@ impl<R: Real> Pneumatics<R> {
     /// Steps the tube; returns what passed it.
     fn step_tube(
         &self,
-        chamber: &Chamber<R>,
+        side: &Side<'_, R>,
         state: &ChamberState<R>,
         tube: &mut TubeState<R>,
         paths: &PortPaths<R>,
@@ -387,13 +392,15 @@ impl<R: Real> Pneumatics<R> {
             temperature_k: tube_k,
         };
         let gas = state.gas_state();
+        let (chamber, far) = (side.chamber, within(tube.far_pa()));
         let needle = if self.cushion.is_present() {
             let length_m = chamber.geometry.length_m(position_m);
             self.cushion
-                .resistance_pa_s_per_kg(&self.law, length_m, gas, within(tube.far_pa()))
+                .resistance_pa_s_per_kg(&self.law, length_m, gas, far)
         } else {
             R::ZERO
         };
+        let throttle = side.throttle.resistance_pa_s_per_kg(&self.law, gas, far);
         self.tube.step(
             tube,
             &self.gas,
@@ -402,7 +409,7 @@ impl<R: Real> Pneumatics<R> {
             &TubeEnd {
                 pressure_pa: gas.pressure_pa,
                 pa_per_kg: self.pa_per_kg(chamber, gas.temperature_k, position_m),
-                resistance_pa_s_per_kg: needle,
+                resistance_pa_s_per_kg: needle + throttle,
             },
             dt_s,
         )
@@ -476,11 +483,13 @@ impl<R: Real> Pneumatics<R> {
             Side {
                 chamber: &self.chamber_a,
                 leak: &self.leak_a,
+                throttle: &self.throttle_a,
                 crossing: into_a,
             },
             Side {
                 chamber: &self.chamber_b,
                 leak: &self.leak_b,
+                throttle: &self.throttle_b,
                 crossing: into_b,
             },
         ]
@@ -586,41 +595,52 @@ impl<R: Real> Pneumatics<R> {
         ]
     }
 
-    /// The areas through a step, with the needles of the cushions before each path that leads
+    /// The areas through a step, with throttles and the needles of the cushions before each path that leads
     /// out of a chamber: to the exhaust and, from a chamber that begins the step above the
     /// supply, back into that. With a tube the needles stand behind it instead.
     #[inline]
-    fn cushioned(
+    fn restricted(
         &self,
         areas: &PathAreas<R>,
         supply: GasState<R>,
         state: &PneumaticState<R>,
         middle_m: R,
     ) -> PathAreas<R> {
-        if !self.cushion.is_present() || self.tube.is_present() {
+        if !self.are_outlets_restricted() || self.tube.is_present() {
             return *areas;
         }
-        let needled = |(supply_m2, exhaust_m2), chamber: &Chamber<R>, state: &ChamberState<R>| {
-            let length_m = chamber.geometry.length_m(middle_m);
-            let outlet_m2 = |valve_m2| self.cushion.outlet_area_m2(valve_m2, length_m);
-            let flows_back = state.pressure_pa.value > supply.pressure_pa;
-            let supply_m2 = if flows_back {
-                outlet_m2(supply_m2)
+        let needled = |(supply_m2, exhaust_m2),
+                       throttle: &PortThrottle<R>,
+                       chamber: &Chamber<R>,
+                       state: &ChamberState<R>| {
+            let (length_m, inside) = (chamber.geometry.length_m(middle_m), state.gas_state());
+            let outlet_m2 = |valve_m2, beyond| {
+                let throttled_m2 = throttle.outlet_area_m2(&self.law, valve_m2, inside, beyond);
+                self.cushion.outlet_area_m2(throttled_m2, length_m)
+            };
+            let supply_m2 = if inside.pressure_pa > supply.pressure_pa {
+                outlet_m2(supply_m2, supply)
             } else {
                 supply_m2
             };
-            (supply_m2, outlet_m2(exhaust_m2))
+            (supply_m2, outlet_m2(exhaust_m2, self.ambient))
         };
         let paths_a = (areas.supply_a_m2, areas.exhaust_a_m2);
         let paths_b = (areas.supply_b_m2, areas.exhaust_b_m2);
-        let (supply_a_m2, exhaust_a_m2) = needled(paths_a, &self.chamber_a, &state.a);
-        let (supply_b_m2, exhaust_b_m2) = needled(paths_b, &self.chamber_b, &state.b);
+        let (supply_a_m2, exhaust_a_m2) =
+            needled(paths_a, &self.throttle_a, &self.chamber_a, &state.a);
+        let (supply_b_m2, exhaust_b_m2) =
+            needled(paths_b, &self.throttle_b, &self.chamber_b, &state.b);
         PathAreas {
             supply_a_m2,
             supply_b_m2,
             exhaust_a_m2,
             exhaust_b_m2,
         }
+    }
+
+    fn are_outlets_restricted(&self) -> bool {
+        self.cushion.is_present() || self.throttle_a.is_present() || self.throttle_b.is_present()
     }
 
     /// Flow through the valve's two paths into a volume with this gas.

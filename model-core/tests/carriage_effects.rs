@@ -8,7 +8,7 @@ use model_core::carriage::{Carriage, CarriageState};
 use model_core::friction::FrictionLevels;
 use model_core::left_out::{
     DirectionDependentFriction, DwellStiction, ElasticBuffer, ForceEquation, ForceVariable,
-    LoadCoupling, PositionDependentFriction,
+    FrictionZone, LoadCoupling, PositionDependentFriction,
 };
 use model_core::paper;
 use model_core::real::{Dual, Real};
@@ -341,8 +341,8 @@ fn val_steps_converge_with_every_effect() {
         effects.force_equation = ForceEquation::neutral();
     }));
     // Where in a step the play closes is as good as drawn by lot: less than order 2 is seen,
-    // and more than the factor of 16 that order 1 gives.
-    assert!(errors[0] < 1.2e-6, "{} m at 0.8 ms", errors[0]);
+    // and more than the factor of 16 that order 1 gives. The zone's borders double the error.
+    assert!(errors[0] < 3e-6, "{} m at 0.8 ms", errors[0]);
     assert!(errors[4] < errors[0] / 30.0);
 }
 
@@ -433,6 +433,11 @@ fn everything<R: Real>(effects: &mut CarriageEffects<R>) {
         wavelength_m: number(0.07),
         slope_per_m: number(0.4),
         curvature_per_m2: number(2.0),
+        zone: FrictionZone {
+            share: number(0.3),
+            middle_m: number(0.02),
+            length_m: number(0.1),
+        },
     };
     effects.direction_friction = DirectionDependentFriction {
         asymmetry: number(0.15),

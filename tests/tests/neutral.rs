@@ -432,6 +432,9 @@ const EFFECTS: &[(&str, f64)] = &[
     ("effects.position-dependent-friction.wavelength_m", 0.08),
     ("effects.position-dependent-friction.slope_per_m", 0.3),
     ("effects.position-dependent-friction.curvature_per_m2", 0.5),
+    ("effects.position-dependent-friction.zone_share", 0.3),
+    ("effects.position-dependent-friction.zone_middle_m", 0.01),
+    ("effects.position-dependent-friction.zone_length_m", 0.09),
     ("effects.direction-dependent-friction.asymmetry", 0.1),
     (
         "effects.direction-dependent-friction.viscous_asymmetry",
@@ -443,6 +446,8 @@ const EFFECTS: &[(&str, f64)] = &[
     ("effects.load-backlash.stiffness_N_m", 2e5),
     ("effects.load-backlash.damping_Ns_m", 120.0),
     ("effects.load-backlash.gap_m", 2e-4),
+    ("effects.port-throttle.outlet_a_m2", 6e-6),
+    ("effects.port-throttle.outlet_b_m2", 4e-6),
     ("effects.end-cushion.buffer_length_m", 0.24),
     ("effects.end-cushion.buffer_stiffness_N_m", 2e3),
     ("effects.end-cushion.buffer_damping_Ns_m", 30.0),

@@ -211,7 +211,7 @@ fn searched(
     let baseline = bench.learn_break_aways(baseline);
     let mut outcome = if bench.is_worth_a_search(&baseline) {
         let given = bench.as_given(&baseline);
-        bench.begin_waves_where_missed(&[&baseline, &given]);
+        bench.begin_frictions_of_place_where_missed(&[&baseline, &given]);
         bench.keep_best_starts(&[&baseline, &given]);
         search::search(&bench, &baseline, progress)
     } else {

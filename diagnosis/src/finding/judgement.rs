@@ -2,6 +2,7 @@
 
 use super::proof::{self, Said, runs};
 use super::{Finding, Model, Refuted, said};
+use crate::estimate::misfit::left_by_a_sound_model;
 use crate::laws::Track;
 use crate::recording::Recording;
 use crate::rig::Rig;
@@ -20,7 +21,8 @@ impl Finding {
         if self.is_unnamed() && proof::worsens_a_signal(self, held_out) {
             return self.leave_out();
         }
-        match (proof::said(self, held_out), self.of_effects.take()) {
+        let sound = left_by_a_sound_model(self.law, rig, tracks);
+        match (proof::said(self, &sound, held_out), self.of_effects.take()) {
             (Said::Worse, Some(of_effects)) => {
                 *self = *of_effects;
                 self.prove(rig, tracks, held_out);

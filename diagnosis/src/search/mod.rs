@@ -9,7 +9,7 @@
 pub(crate) mod alone;
 mod break_aways;
 pub(crate) mod evidence;
-mod friction_wave;
+mod friction_of_place;
 pub(crate) mod intermittent;
 mod judge;
 pub mod knowability;

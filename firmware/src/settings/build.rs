@@ -110,6 +110,7 @@ impl Settings {
             orifice_area_m2: chamber.leak_orifice_m2,
         };
         let effects = &self.pneumatic_effects;
+        let [throttle_a, throttle_b] = effects.throttles();
         Pneumatics {
             gas: self.gas(),
             law: self.flow_law(),
@@ -127,6 +128,8 @@ impl Settings {
             back_pressure: effects.back_pressure(),
             separate_exhausts: effects.separate_exhausts,
             cushion: effects.cushion(),
+            throttle_a,
+            throttle_b,
         }
     }
 

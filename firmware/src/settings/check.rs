@@ -3,7 +3,7 @@
 //! The ranges are those of a servo-pneumatic axis with room on both sides; they
 //! are there to catch a slip of units and a damaged number, not to doubt a rig.
 
-use super::field::{Field, SettingsFault, field, or_none};
+use super::field::{Field, SettingsFault, field, fields};
 use super::parameters::{Chamber, Settings, Thermal};
 use crate::codes::POSITION_M;
 use model_core::left_out::DELAY_CAPACITY;
@@ -66,7 +66,7 @@ impl Settings {
             gas, ambient, valve, command_path, chambers, chamber_a, chamber_b, tube, carriage,
             friction, friction_terms, pneumatic_effects, mechanical_effects, controller,
         } = self;
-        for one in [
+        for one in fields![
             field("gas.heat_capacity_ratio", gas.heat_capacity_ratio, 1.01, 2.0),
             field("gas.gas_constant_j_per_kg_k", gas.gas_constant_j_per_kg_k, 50.0, 5e3),
             field("ambient.pressure_pa", ambient.pressure_pa, 1e4, 1e6),
@@ -98,7 +98,7 @@ impl Settings {
         visit_thermal(&chambers.thermal, visitor);
         chamber_fields(chamber_a, &CHAMBER_A).into_iter().for_each(&mut *visitor);
         chamber_fields(chamber_b, &CHAMBER_B).into_iter().for_each(&mut *visitor);
-        for one in [
+        for one in fields![
             or_none("tube.length_m", tube.length_m, 1e-3, 50.0),
             field("tube.diameter_m", tube.diameter_m, 1e-4, 0.1),
             field("carriage.mass_kg", carriage.mass_kg, 0.01, 1e4),
@@ -128,9 +128,9 @@ impl Settings {
         ] {
             visitor(one);
         }
-        pneumatic_effects.fields().into_iter().for_each(&mut *visitor);
+        pneumatic_effects.fields().for_each(&mut *visitor);
         mechanical_effects.fields().for_each(&mut *visitor);
-        controller.fields().into_iter().for_each(&mut *visitor);
+        controller.fields().for_each(&mut *visitor);
     }
 
     /// Judges all but the tables, for steps of `dt_s`.

@@ -6,15 +6,15 @@
 //! command's path, of the tube, of one chamber and of the friction levels stand in
 //! those sections. Effects of a sensor or a recording are none of the controller's.
 
-use super::field::{Field, SettingsFault, field, or_none};
+use super::field::{Field, SettingsFault, field, fields};
 use super::mechanics::{Carriage, Friction, FrictionTerms};
 use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;
 use model_core::carriage::CarriageEffects;
 use model_core::left_out::{
     DirectionDependentFriction, DwellStiction, ElasticBuffer, EndCushion, ExhaustBackPressure,
-    ForceEquation, ForceVariable, KNOTS, LoadCoupling, PistonLeakage, PositionDependentFriction,
-    SupplyDroop, UnknownForce, VariableHeatTransfer, WallTemperature,
+    ForceEquation, ForceVariable, FrictionZone, KNOTS, LoadCoupling, PistonLeakage, PortThrottle,
+    PositionDependentFriction, SupplyDroop, UnknownForce, VariableHeatTransfer, WallTemperature,
 };
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +39,10 @@ pub struct PneumaticEffects {
     pub cushion_length_m: f32,
     /// Needle of the cushions, m2.
     pub cushion_needle_m2: f32,
+    /// One-way flow control through which chamber a empties, m2; 0 is none.
+    pub throttle_a_m2: f32,
+    /// The same of chamber b, m2.
+    pub throttle_b_m2: f32,
     /// Exponent of the density in the heat transfer.
     pub heat_density_exponent: f32,
     /// Heat transfer by the flow, W/(m2 K).
@@ -64,6 +68,12 @@ pub struct MechanicalEffects {
     pub position_slope_per_m: f32,
     /// Curvature of the share, 1/m2.
     pub position_curvature_per_m2: f32,
+    /// Share of the friction in one zone.
+    pub zone_share: f32,
+    /// Middle of the zone, m.
+    pub zone_middle_m: f32,
+    /// Length of the zone, m.
+    pub zone_length_m: f32,
     /// Friction by direction: share of the dry levels.
     pub direction_asymmetry: f32,
     /// Share of the viscous coefficient.
@@ -139,6 +149,8 @@ impl PneumaticEffects {
             separate_exhausts: false,
             cushion_length_m: cushion.length_m,
             cushion_needle_m2: cushion.needle_area_m2,
+            throttle_a_m2: 0.0,
+            throttle_b_m2: 0.0,
             heat_density_exponent: 0.0,
             heat_flow_w_per_m2_k: 0.0,
             wall_offset_k: 0.0,
@@ -149,8 +161,8 @@ impl PneumaticEffects {
 
     /// Every number with its range.
     #[rustfmt::skip]
-    pub(super) fn fields(&self) -> [Field; 13] {
-        [
+    pub(super) fn fields(&self) -> impl Iterator<Item = Field> {
+        fields![
             field(
                 "pneumatic_effects.piston_leak_laminar_kg_per_s_pa2",
                 self.piston_leak_laminar_kg_per_s_pa2, 0.0, 1e-9,
@@ -162,6 +174,8 @@ impl PneumaticEffects {
             field("pneumatic_effects.silencer_volume_m3", self.silencer_volume_m3, 0.0, 1.0),
             or_none("pneumatic_effects.cushion_length_m", self.cushion_length_m, 1e-5, 2.0),
             field("pneumatic_effects.cushion_needle_m2", self.cushion_needle_m2, 1e-9, 0.1),
+            or_none("pneumatic_effects.throttle_a_m2", self.throttle_a_m2, 1e-9, 0.1),
+            or_none("pneumatic_effects.throttle_b_m2", self.throttle_b_m2, 1e-9, 0.1),
             field("pneumatic_effects.heat_density_exponent", self.heat_density_exponent, 0.0, 4.0),
             field("pneumatic_effects.heat_flow_w_per_m2_k", self.heat_flow_w_per_m2_k, 0.0, 1e5),
             field("pneumatic_effects.wall_offset_k", self.wall_offset_k, -100.0, 300.0),
@@ -201,6 +215,12 @@ impl PneumaticEffects {
         }
     }
 
+    /// Those of both chambers.
+    pub(super) fn throttles(&self) -> [PortThrottle<f32>; 2] {
+        [self.throttle_a_m2, self.throttle_b_m2]
+            .map(|outlet_area_m2| PortThrottle { outlet_area_m2 })
+    }
+
     pub(super) fn heat_variation(&self) -> VariableHeatTransfer<f32> {
         VariableHeatTransfer {
             density_exponent: self.heat_density_exponent,
@@ -231,6 +251,8 @@ impl From<&Pneumatics<f32>> for PneumaticEffects {
             separate_exhausts: pneumatics.separate_exhausts,
             cushion_length_m: pneumatics.cushion.length_m,
             cushion_needle_m2: pneumatics.cushion.needle_area_m2,
+            throttle_a_m2: pneumatics.throttle_a.outlet_area_m2,
+            throttle_b_m2: pneumatics.throttle_b.outlet_area_m2,
             heat_density_exponent: chamber.heat_variation.density_exponent,
             heat_flow_w_per_m2_k: chamber.heat_variation.flow_w_per_m2_k,
             wall_offset_k: chamber.wall.offset_k,
@@ -249,8 +271,8 @@ impl MechanicalEffects {
     /// Every number with its range.
     #[rustfmt::skip]
     pub(super) fn fields(&self) -> impl Iterator<Item = Field> {
-        let farthest_m = POSITION_M.highest;
-        let numbers = [
+        const FARTHEST_M: f32 = POSITION_M.highest;
+        let numbers = fields![
             field("mechanical_effects.position_cosine", self.position_cosine, -10.0, 10.0),
             field("mechanical_effects.position_sine", self.position_sine, -10.0, 10.0),
             field("mechanical_effects.position_wavelength_m", self.position_wavelength_m, 1e-3, 100.0),
@@ -259,6 +281,9 @@ impl MechanicalEffects {
                 "mechanical_effects.position_curvature_per_m2",
                 self.position_curvature_per_m2, -1e4, 1e4,
             ),
+            field("mechanical_effects.zone_share", self.zone_share, -0.95, 100.0),
+            field("mechanical_effects.zone_middle_m", self.zone_middle_m, -FARTHEST_M, FARTHEST_M),
+            field("mechanical_effects.zone_length_m", self.zone_length_m, 1e-3, 100.0),
             field("mechanical_effects.direction_asymmetry", self.direction_asymmetry, -0.95, 0.95),
             field(
                 "mechanical_effects.direction_viscous_asymmetry",
@@ -271,8 +296,8 @@ impl MechanicalEffects {
             or_none("mechanical_effects.load_stiffness_n_per_m", self.load_stiffness_n_per_m, 1e-2, 1e10),
             field("mechanical_effects.load_damping_n_s_per_m", self.load_damping_n_s_per_m, 0.0, 1e7),
             field("mechanical_effects.load_gap_m", self.load_gap_m, 0.0, 0.1),
-            field("mechanical_effects.buffer_low_m", self.buffer_low_m, -farthest_m, farthest_m),
-            field("mechanical_effects.buffer_high_m", self.buffer_high_m, -farthest_m, farthest_m),
+            field("mechanical_effects.buffer_low_m", self.buffer_low_m, -FARTHEST_M, FARTHEST_M),
+            field("mechanical_effects.buffer_high_m", self.buffer_high_m, -FARTHEST_M, FARTHEST_M),
             or_none("mechanical_effects.buffer_stiffness_n_per_m", self.buffer_stiffness_n_per_m, 1e-2, 1e10),
             field("mechanical_effects.buffer_damping_n_s_per_m", self.buffer_damping_n_s_per_m, 0.0, 1e7),
             field("mechanical_effects.unknown_force_from", self.unknown_force_from, -100.0, 100.0),
@@ -289,7 +314,7 @@ impl MechanicalEffects {
         ];
         let at_knots = self.unknown_force_n.iter();
         let at_knots = at_knots.map(|&value| field("mechanical_effects.unknown_force_n", value, -1e5, 1e5));
-        numbers.into_iter().chain(at_knots)
+        numbers.chain(at_knots)
     }
 
     /// What the declared mass and friction allow.
@@ -341,6 +366,11 @@ impl MechanicalEffects {
                 wavelength_m: self.position_wavelength_m,
                 slope_per_m: self.position_slope_per_m,
                 curvature_per_m2: self.position_curvature_per_m2,
+                zone: FrictionZone {
+                    share: self.zone_share,
+                    middle_m: self.zone_middle_m,
+                    length_m: self.zone_length_m,
+                },
             },
             direction_friction: DirectionDependentFriction {
                 asymmetry: self.direction_asymmetry,
@@ -399,6 +429,9 @@ impl From<CarriageEffects<f32>> for MechanicalEffects {
             position_wavelength_m: position.wavelength_m,
             position_slope_per_m: position.slope_per_m,
             position_curvature_per_m2: position.curvature_per_m2,
+            zone_share: position.zone.share,
+            zone_middle_m: position.zone.middle_m,
+            zone_length_m: position.zone.length_m,
             direction_asymmetry: effects.direction_friction.asymmetry,
             direction_viscous_asymmetry: effects.direction_friction.viscous_asymmetry,
             dwell_rise_n: effects.dwell_stiction.rise_n,

@@ -102,6 +102,60 @@ impl Field {
     }
 }
 
+/// The name of a number and the range that it must be in: a row of a table that lies in flash.
+#[derive(Clone, Copy)]
+pub(super) struct Range {
+    name: &'static str,
+    lowest: f32,
+    highest: f32,
+    or_none: bool,
+}
+
+impl Range {
+    pub(super) const fn field(name: &'static str, lowest: f32, highest: f32) -> Self {
+        Self {
+            name,
+            lowest,
+            highest,
+            or_none: false,
+        }
+    }
+
+    /// Of a number that switches something off where it is nought. Next to nothing is neither: what
+    /// divides by it is infinite.
+    pub(super) const fn or_none(name: &'static str, lowest: f32, highest: f32) -> Self {
+        Self {
+            or_none: true,
+            ..Self::field(name, lowest, highest)
+        }
+    }
+
+    /// A number in this range, or not.
+    pub(super) fn of(&self, value: f32) -> Field {
+        Field {
+            name: self.name,
+            value,
+            lowest: self.lowest,
+            highest: self.highest,
+            or_none: self.or_none,
+        }
+    }
+}
+
+/// Fields out of `field(name, value, lowest, highest)` and `or_none(...)`, as an iterator. The
+/// names and ranges become a table: built number by number they take two kilobytes of code more.
+macro_rules! fields {
+    ($($kind:ident($name:expr, $value:expr, $lowest:expr, $highest:expr $(,)?)),* $(,)?) => {{
+        const RANGES: &[$crate::settings::field::Range] =
+            &[$($crate::settings::field::Range::$kind($name, $lowest, $highest)),*];
+        RANGES
+            .iter()
+            .zip([$($value),*])
+            .map(|(range, value)| range.of(value))
+    }};
+}
+pub(super) use fields;
+
 pub(super) const fn field(name: &'static str, value: f32, lowest: f32, highest: f32) -> Field {
     Field {
         name,
@@ -109,14 +163,5 @@ pub(super) const fn field(name: &'static str, value: f32, lowest: f32, highest: 
         lowest,
         highest,
         or_none: false,
-    }
-}
-
-/// A number that switches something off where it is nought. Next to nothing is neither: what
-/// divides by it is infinite.
-pub(super) const fn or_none(name: &'static str, value: f32, lowest: f32, highest: f32) -> Field {
-    Field {
-        or_none: true,
-        ..field(name, value, lowest, highest)
     }
 }

@@ -5,7 +5,7 @@
 //! range is stable on a rig is another matter: docs/settings.md says which gain
 //! to change for what, and how.
 
-use super::field::{Field, SettingsFault, field};
+use super::field::{Field, SettingsFault, field, fields};
 use model_core::controller;
 use model_core::left_out::DELAY_CAPACITY;
 use model_core::observer::ObserverGains;
@@ -55,8 +55,6 @@ pub struct Gains {
     pub move_jerk_m_per_s3: f32,
 }
 
-/// Gains and limits, judged one by one.
-const COUNT: usize = 19;
 /// The bandwidths among them, which come first.
 const BANDWIDTHS: usize = 9;
 
@@ -70,8 +68,8 @@ impl Default for Gains {
 impl Gains {
     /// Every number with its range, named `controller.KEY`; the bandwidths first.
     #[rustfmt::skip]
-    pub fn fields(&self) -> [Field; COUNT] {
-        [
+    pub fn fields(&self) -> impl ExactSizeIterator<Item = Field> {
+        fields![
             field("controller.observer_pressure_per_s", self.observer_pressure_per_s, 1.0, 4e3),
             field("controller.observer_motion_per_s", self.observer_motion_per_s, 1.0, 4e3),
             field("controller.observer_disturbance_per_s", self.observer_disturbance_per_s, 0.0, 1e3),
@@ -99,7 +97,7 @@ impl Gains {
     /// forces that are not due yet.
     pub(super) fn check_tick(&self, dt_s: f32) -> Result<(), SettingsFault> {
         let fastest_per_s = 1.0 / dt_s;
-        for one in self.fields().into_iter().take(BANDWIDTHS) {
+        for one in self.fields().take(BANDWIDTHS) {
             field(one.name, one.value, one.lowest, fastest_per_s).check()?;
         }
         let longest_s = dt_s * (DELAY_CAPACITY - 2) as f32;

@@ -77,6 +77,8 @@ fn vary_effects(settings: &mut Settings, random: &mut Random) {
         (&mut gas.tank_volume_m3, 2e-3),
         (&mut gas.silencer_area_m2, 2e-5),
         (&mut gas.cushion_length_m, 0.02),
+        (&mut gas.throttle_a_m2, 8e-6),
+        (&mut gas.throttle_b_m2, 5e-6),
         (&mut gas.heat_density_exponent, 0.7),
         (&mut gas.heat_flow_w_per_m2_k, 40.0),
         (&mut gas.wall_offset_k, 8.0),
@@ -84,6 +86,7 @@ fn vary_effects(settings: &mut Settings, random: &mut Random) {
         (&mut gas.wall_outer_w_per_k, 0.5),
         (&mut motion.position_sine, 0.2),
         (&mut motion.position_slope_per_m, -0.5),
+        (&mut motion.zone_share, 0.4),
         (&mut motion.direction_asymmetry, 0.1),
         (&mut motion.dwell_rise_n, 15.0),
         (&mut motion.load_mass_kg, 0.8),
@@ -373,7 +376,7 @@ fn prop_a_million_settings_stay_finite() {
 fn prop_effects_at_the_ends_of_their_ranges_never_step_to_infinity() {
     use model_core::axis::{AxisInputs, AxisState};
     type Change = fn(&mut Settings);
-    let changes: [Change; 14] = [
+    let changes: [Change; 16] = [
         |one| one.pneumatic_effects.piston_leak_laminar_kg_per_s_pa2 = 1e-9,
         |one| one.pneumatic_effects.piston_leak_orifice_m2 = 1e-3,
         |one| one.pneumatic_effects.tank_volume_m3 = 1e-12,
@@ -386,6 +389,10 @@ fn prop_effects_at_the_ends_of_their_ranges_never_step_to_infinity() {
             one.pneumatic_effects.cushion_length_m = 2.0;
             one.pneumatic_effects.cushion_needle_m2 = 1e-9;
         },
+        |one| {
+            one.pneumatic_effects.throttle_a_m2 = 1e-9;
+            one.pneumatic_effects.throttle_b_m2 = 0.1;
+        },
         |one| one.pneumatic_effects.heat_density_exponent = 4.0,
         |one| {
             one.pneumatic_effects.wall_heat_capacity_j_per_k = 1e-3;
@@ -396,6 +403,10 @@ fn prop_effects_at_the_ends_of_their_ranges_never_step_to_infinity() {
         |one| {
             one.mechanical_effects.position_cosine = -10.0;
             one.mechanical_effects.position_wavelength_m = 1e-3;
+        },
+        |one| {
+            one.mechanical_effects.zone_share = 100.0;
+            one.mechanical_effects.zone_length_m = 1e-3;
         },
         |one| one.mechanical_effects.direction_asymmetry = -0.95,
         |one| {

@@ -29,8 +29,8 @@ pub use mark::Mark;
 pub use scene::{ChamberGas, FRICTION_SHARE, Scene};
 
 use flow::{
-    chamber_leakage, exhaust_back_pressure, piston_leakage, slew_limit, spool_dynamics,
-    supply_droop, tube_line, unknown_opening, valve_delay, valve_hysteresis,
+    chamber_leakage, exhaust_back_pressure, piston_leakage, port_throttle, slew_limit,
+    spool_dynamics, supply_droop, tube_line, unknown_opening, valve_delay, valve_hysteresis,
 };
 use friction::{
     coulomb, direction_dependent, dwell_stiction, position_dependent, pressure_dependent, stribeck,
@@ -63,6 +63,7 @@ pub const EFFECTS: &[Effect] = &[
     valve_hysteresis::EFFECT,
     supply_droop::EFFECT,
     exhaust_back_pressure::EFFECT,
+    port_throttle::EFFECT,
     end_cushion::EFFECT,
     coulomb::EFFECT,
     viscous::EFFECT,

@@ -593,11 +593,14 @@ impl<'t> Reader<'t> {
     }
 
     fn gain(&self, name: &Name<'t>, entry: &Entry<'t>) -> Result<f64, RigError> {
-        let known = Gains::default().fields();
+        let known: Vec<_> = Gains::default().fields().collect();
         let key = format!("controller.{}", name.get_ref());
         let Some(gain) = known.iter().find(|gain| gain.name == key) else {
-            let names = known.map(|gain| in_section(gain.name, "controller").unwrap_or(gain.name));
-            let expected = expected_one_of(name.get_ref(), &names);
+            let names = known.iter().map(|gain| gain.name);
+            let keys: Vec<&str> = names
+                .map(|name| in_section(name, "controller").unwrap_or(name))
+                .collect();
+            let expected = expected_one_of(name.get_ref(), &keys);
             let key = one_line(&key);
             return Err(self.error(Some(name.span()), Some(&key), "unknown key", &expected));
         };

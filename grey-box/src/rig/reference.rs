@@ -164,7 +164,7 @@ fn stated_flow_table() -> String {
 }
 
 fn controller_table() -> String {
-    let standard = Gains::default().fields();
+    let standard: Vec<_> = Gains::default().fields().collect();
     let rows = GAINS.iter().filter_map(|(key, unit, what)| {
         let field = standard
             .iter()
@@ -399,7 +399,7 @@ fn uncertainty_schema() -> Value {
 }
 
 fn controller_schema() -> Value {
-    let standard = Gains::default().fields();
+    let standard: Vec<_> = Gains::default().fields().collect();
     let mut properties = Map::new();
     for (key, unit, what) in GAINS {
         let field = standard
@@ -444,7 +444,7 @@ mod tests {
 
     #[test]
     fn prop_every_gain_of_the_controller_has_its_facts() {
-        let standard = Gains::default().fields();
+        let standard: Vec<_> = Gains::default().fields().collect();
         assert_eq!(standard.len(), GAINS.len());
         for field in standard {
             let key = key_in(field.name, "controller");

@@ -329,7 +329,9 @@ impl Stream {
 /// The generator's effects that a verdict has a name for, or those that none has.
 fn effects_of(on_list: bool) -> Vec<&'static str> {
     let mut names = truth_plant::effects::names();
-    names.retain(|name| effects::effect(name).is_some() == on_list);
+    let is_named =
+        |name: &&str| effects::effect(truth_plant::effects::verdict_name(name)).is_some();
+    names.retain(|name| is_named(name) == on_list);
     names
 }
 

@@ -64,8 +64,7 @@ impl<R: Real> EndCushion<R> {
         if closed <= R::ZERO {
             return valve_m2;
         }
-        let ratio = valve_m2 / self.needle_m2();
-        let series_m2 = valve_m2 / (R::ONE + ratio * ratio).sqrt();
+        let series_m2 = in_series_m2(valve_m2, self.needle_m2());
         valve_m2 + closed * (series_m2 - valve_m2)
     }
 
@@ -78,15 +77,35 @@ impl<R: Real> EndCushion<R> {
         tube: GasState<R>,
     ) -> R {
         let closed = self.closed_share(chamber_length_m);
-        if closed <= R::ZERO || chamber.pressure_pa <= tube.pressure_pa {
+        if closed <= R::ZERO {
             return R::ZERO;
         }
-        closed / law.conductance(self.needle_m2(), chamber, tube)
+        closed * outflow_resistance_pa_s_per_kg(law, self.needle_m2(), chamber, tube)
     }
 
     fn needle_m2(&self) -> R {
         self.needle_area_m2.max(R::from_f64(NARROWEST_NEEDLE_M2))
     }
+}
+
+/// Area of a path of the valve and a passage of over 0 one behind the other, m2.
+#[inline]
+fn in_series_m2<R: Real>(valve_m2: R, passage_m2: R) -> R {
+    let ratio = valve_m2 / passage_m2;
+    valve_m2 / (R::ONE + ratio * ratio).sqrt()
+}
+
+/// Resistance of a passage that a check valve opens to a flow into the chamber, Pa s/kg.
+pub(super) fn outflow_resistance_pa_s_per_kg<R: Real>(
+    law: &FlowLaw<R>,
+    passage_m2: R,
+    chamber: GasState<R>,
+    tube: GasState<R>,
+) -> R {
+    if chamber.pressure_pa <= tube.pressure_pa {
+        return R::ZERO;
+    }
+    R::ONE / law.conductance(passage_m2, chamber, tube)
 }
 
 #[cfg(test)]

@@ -2,9 +2,12 @@
 //! places of the stroke than in others.
 //!
 //! ```text
-//! share(x) = 1 + c cos(2 pi x / L) + s sin(2 pi x / L) + k1 x + k2 x^2
+//! share(x) = 1 + c cos(2 pi x / L) + s sin(2 pi x / L) + k1 x + k2 x^2 + z w(x)
 //! FC -> FC share(x),   FS -> FS share(x)
 //! ```
+//!
+//! w is 1 within a zone and 0 outside; a seal runs over its border on a tenth of its length to
+//! either side of each end, and w rises smoothly there.
 //!
 //! Source: out-of-straight guides and bands, seals over marks of machining.
 //! Amplitudes are shares of the level: 0.05-0.3, at wavelengths of 20-200 mm;
@@ -12,7 +15,8 @@
 //! Confused with a force of the place (cable, slope, misalignment): friction
 //! turns with the direction and the force does not, so that strokes both ways
 //! at a few constant speeds separate them. A wavelength much over the stroke is
-//! `slope_per_m` and `curvature_per_m2`.
+//! `slope_per_m` and `curvature_per_m2`; a place that is dirty, dented or worn is a zone
+//! (0.1-1 of the level over 5-100 mm).
 
 use crate::friction::FrictionLevels;
 use crate::math::cosine_sine_of_turns;
@@ -21,6 +25,10 @@ use crate::real::Real;
 /// Friction never falls under this share of its level, whatever the terms add
 /// up to: below nought it would drive.
 const LEAST_SHARE: f64 = 0.05;
+/// Part of a zone's length over which its border is crossed.
+const BORDER: f64 = 0.2;
+/// A zone shorter than this counts as this, m: the law divides by its length.
+const SHORTEST_ZONE_M: f64 = 1e-6;
 
 /// Amplitudes, shares of the level; all 0 is neutral at every wavelength.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +43,39 @@ pub struct PositionDependentFriction<R> {
     pub slope_per_m: R,
     /// k2 in 1/m2.
     pub curvature_per_m2: R,
+    /// Where along the stroke friction is another one.
+    pub zone: FrictionZone<R>,
+}
+
+/// A part of the stroke with a friction of its own; a share of 0 is neutral.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionZone<R> {
+    /// z.
+    pub share: R,
+    /// Its middle, m.
+    pub middle_m: R,
+    /// Its length, from half a border to half a border, m; over 0.
+    pub length_m: R,
+}
+
+impl<R: Real> FrictionZone<R> {
+    /// No zone; the place is one of a usual length, ready for a fit.
+    pub fn neutral() -> Self {
+        Self {
+            share: R::ZERO,
+            middle_m: R::ZERO,
+            length_m: R::from_f64(0.05),
+        }
+    }
+
+    /// What the zone adds to the share at a position.
+    fn added(&self, position_m: R) -> R {
+        let off_m = (position_m - self.middle_m).abs();
+        let length_m = self.length_m.max(R::from_f64(SHORTEST_ZONE_M));
+        let inside = R::from_f64(0.5 + 0.5 * BORDER) - off_m / length_m;
+        let way = (inside * R::from_f64(1.0 / BORDER)).clamp(R::ZERO, R::ONE);
+        self.share * way * way * (R::from_f64(3.0) - way - way)
+    }
 }
 
 impl<R: Real> PositionDependentFriction<R> {
@@ -46,13 +87,17 @@ impl<R: Real> PositionDependentFriction<R> {
             wavelength_m: R::from_f64(0.1),
             slope_per_m: R::ZERO,
             curvature_per_m2: R::ZERO,
+            zone: FrictionZone::neutral(),
         }
     }
 
     /// Whether friction is the same everywhere.
     #[inline]
     pub fn is_neutral(&self) -> bool {
-        self.has_no_wave() && self.slope_per_m == R::ZERO && self.curvature_per_m2 == R::ZERO
+        self.has_no_wave()
+            && self.slope_per_m == R::ZERO
+            && self.curvature_per_m2 == R::ZERO
+            && self.zone.share == R::ZERO
     }
 
     fn has_no_wave(&self) -> bool {
@@ -68,7 +113,8 @@ impl<R: Real> PositionDependentFriction<R> {
             let (cosine, sine) = cosine_sine_of_turns(position_m / self.wavelength_m);
             self.cosine * cosine + self.sine * sine
         };
-        (R::ONE + wave + trend).max(R::from_f64(LEAST_SHARE))
+        let added = wave + trend + self.zone.added(position_m);
+        (R::ONE + added).max(R::from_f64(LEAST_SHARE))
     }
 
     /// The levels at a position.
@@ -100,6 +146,7 @@ mod tests {
             wavelength_m: 0.07,
             slope_per_m: 0.3,
             curvature_per_m2: 1.5,
+            ..PositionDependentFriction::neutral()
         };
         for x in [-0.24_f64, -0.01, 0.0, 0.033, 0.2] {
             let angle = TAU * x / 0.07;
@@ -107,6 +154,36 @@ mod tests {
                 1.0 + 0.2 * libm::cos(angle) - 0.1 * libm::sin(angle) + 0.3 * x + 1.5 * x * x;
             assert!((friction.share(x) - expected).abs() < 1e-12, "at {x}");
         }
+    }
+
+    /// Its integral over the stroke is that of a box, and it ends where the borders do.
+    #[test]
+    fn val_a_zone_is_a_box_with_rounded_borders() {
+        let zone = FrictionZone {
+            share: 0.4,
+            middle_m: 0.05,
+            length_m: 0.03,
+        };
+        let friction = PositionDependentFriction {
+            zone,
+            ..PositionDependentFriction::neutral()
+        };
+        let share = |x: f64| friction.share(x);
+        for (x, expected) in [
+            (0.05, 1.4),
+            (0.062, 1.4),
+            (0.065, 1.2),
+            (0.035, 1.2),
+            (0.0681, 1.0),
+            (0.0319, 1.0),
+        ] {
+            assert!((share(x) - expected).abs() < 1e-9, "at {x}: {}", share(x));
+        }
+        let step_m = 1e-5;
+        let sum: f64 = (0..10_000)
+            .map(|row| share(f64::from(row) * step_m) - 1.0)
+            .sum();
+        assert!((sum * step_m - 0.4 * 0.03).abs() < 1e-7);
     }
 
     #[test]

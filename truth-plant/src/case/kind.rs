@@ -6,7 +6,9 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::excitation::Reach;
-use crate::effects::{self, Effect, Form, GAS_TEMPERATURE, SUPPLY_RIPPLE, Strength};
+use crate::effects::{
+    self, Effect, FRICTION_ZONE, Form, GAS_TEMPERATURE, SUPPLY_RIPPLE, Strength, verdict_name,
+};
 use crate::plant::friction::Presliding;
 use crate::random::Random;
 
@@ -216,7 +218,8 @@ impl Plan {
     /// Takes an effect out; false if it is not there.
     pub(super) fn remove(&mut self, name: &str) -> bool {
         let before = self.effects.len();
-        self.effects.retain(|planned| planned.effect.name != name);
+        self.effects
+            .retain(|planned| verdict_name(planned.effect.name) != name);
         self.effects.len() < before
     }
 }
@@ -256,7 +259,7 @@ fn choose(random: &mut Random, kind: Kind, wish: &Wish) -> Vec<&'static Effect> 
 }
 
 /// Drawn only where they are asked for: the draws of a seed stay what they were.
-const ON_REQUEST: [&str; 1] = ["gauge-gain"];
+const ON_REQUEST: [&str; 3] = ["gauge-gain", FRICTION_ZONE, "port-throttle"];
 
 fn suits(effect: &Effect, kind: Kind) -> bool {
     if ON_REQUEST.contains(&effect.name) {

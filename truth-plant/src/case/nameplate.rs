@@ -129,6 +129,7 @@ impl Nameplate {
                 dead_volume_m3: self.dead_volume_m3,
             },
             cushion: None,
+            throttle_m2: [None; 2],
             piston_leak: Leak::default(),
             chamber_leak: [Leak::default(); 2],
             heat: Heat {
@@ -159,6 +160,7 @@ impl Nameplate {
                 mean_pressure_exponent: 1.0,
                 asymmetry: 0.0,
                 wave: None,
+                zone: None,
                 dwell: None,
             },
             constant_n: 0.0,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::kind::{Kind, Planned};
 use super::nature::Nature;
-use crate::effects::{Applied, Form, Strength};
+use crate::effects::{Applied, Form, Strength, verdict_name};
 use crate::plant::Window;
 use crate::plant::friction::Presliding;
 
@@ -66,7 +66,7 @@ pub struct Onset {
 impl TrueEffect {
     pub(super) fn new(planned: &Planned, applied: Applied, onset: Option<Onset>) -> Self {
         Self {
-            name: planned.effect.name.to_owned(),
+            name: verdict_name(planned.effect.name).to_owned(),
             on_list: planned.effect.on_list,
             places: applied.places.into_iter().map(str::to_owned).collect(),
             strength: planned.strength,

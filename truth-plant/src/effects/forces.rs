@@ -1,7 +1,7 @@
 //! Effects in the balance of forces.
 
 use super::{Applied, Draw, Effect, FORCE, Form, Strength};
-use crate::plant::friction::{Dwell, Wave};
+use crate::plant::friction::{Dwell, Wave, Zone};
 use crate::plant::mechanics::Load;
 
 pub(super) const EFFECTS: &[Effect] = &[
@@ -20,6 +20,14 @@ pub(super) const EFFECTS: &[Effect] = &[
         has_other_form: true,
         may_be_immaterial: true,
         apply: position_dependent,
+    },
+    Effect {
+        name: FRICTION_ZONE,
+        on_list: true,
+        may_begin: false,
+        has_other_form: false,
+        may_be_immaterial: true,
+        apply: friction_zone,
     },
     Effect {
         name: "direction-dependent-friction",
@@ -65,6 +73,9 @@ pub(super) const EFFECTS: &[Effect] = &[
 
 const BAR_PA: f64 = 1e5;
 
+/// A form of `position-dependent-friction` that is asked for by a name of its own.
+pub(crate) const FRICTION_ZONE: &str = "friction-zone";
+
 fn pressure_dependent(draw: &mut Draw<'_>) -> Applied {
     let mean_n_per_pa = draw.size([0.1, 1.0, 3.0, 6.0]) / BAR_PA;
     let difference_n_per_pa = draw.size([0.05, 0.5, 1.5, 3.0]) / BAR_PA;
@@ -100,6 +111,25 @@ fn position_dependent(draw: &mut Draw<'_>) -> Applied {
         ("wavelength_m", wave.period_m),
     ];
     Applied::new(FORCE, form, parameters)
+}
+
+fn friction_zone(draw: &mut Draw<'_>) -> Applied {
+    let half_m = draw.physics.mechanics.half_stroke_m;
+    let length_m = draw.random.between(0.1, 0.5) * half_m;
+    let middle_m = draw.random.between(-0.4, 0.4) * half_m;
+    let zone = Zone {
+        more: draw.size([0.02, 0.2, 0.5, 1.0]),
+        from_m: middle_m - 0.5 * length_m,
+        to_m: middle_m + 0.5 * length_m,
+        border_m: draw.random.between(0.02, 0.2) * length_m,
+    };
+    draw.physics.mechanics.friction.zone = Some(zone);
+    let parameters = [
+        ("zone_share", zone.more),
+        ("zone_middle_m", middle_m),
+        ("zone_length_m", length_m + zone.border_m),
+    ];
+    Applied::new(FORCE, "zone with even borders", parameters)
 }
 
 fn direction_dependent(draw: &mut Draw<'_>) -> Applied {

@@ -78,6 +78,14 @@ pub(super) const EFFECTS: &[Effect] = &[
         may_be_immaterial: true,
         apply: end_cushion,
     },
+    Effect {
+        name: "port-throttle",
+        on_list: true,
+        may_begin: false,
+        has_other_form: false,
+        may_be_immaterial: true,
+        apply: port_throttle,
+    },
 ];
 
 /// The effect that lies in what the rig file says: it says "polytropic".
@@ -224,6 +232,25 @@ fn wall_temperature(draw: &mut Draw<'_>) -> Applied {
         ("outer_W_K", outward_w_per_k),
     ];
     Applied::new(CHAMBERS, "wall with a heat capacity", parameters)
+}
+
+fn port_throttle(draw: &mut Draw<'_>) -> Applied {
+    let throttled = *draw.random.one_of(&SIDES);
+    let mut applied = Applied {
+        form: "pressure between valve and throttle",
+        ..Applied::default()
+    };
+    for &port in throttled {
+        // The valve opens to 7 or 12 mm2; two throttles are never set alike.
+        let area_m2 = draw.size([6e-5, 1.2e-5, 6e-6, 3e-6]);
+        draw.physics.network.throttle_m2[port] = Some(area_m2);
+        applied.places.push(CHAMBERS[port]);
+        let side = ["a", "b"][port];
+        applied
+            .parameters
+            .insert(format!("outlet_{side}_m2"), area_m2);
+    }
+    applied
 }
 
 fn end_cushion(draw: &mut Draw<'_>) -> Applied {

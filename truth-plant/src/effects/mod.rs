@@ -12,6 +12,7 @@ mod valve;
 
 use std::collections::BTreeMap;
 
+pub(crate) use forces::FRICTION_ZONE;
 pub(crate) use gas::GAS_TEMPERATURE;
 pub(crate) use off_list::SUPPLY_RIPPLE;
 use serde::{Deserialize, Serialize};
@@ -113,6 +114,14 @@ pub(crate) fn catalogue() -> impl Iterator<Item = &'static Effect> {
 /// The effect of that name.
 pub(crate) fn named(name: &str) -> Option<&'static Effect> {
     catalogue().find(|effect| effect.name == name)
+}
+
+/// What a verdict calls an effect of the catalogue.
+pub fn verdict_name(name: &str) -> &str {
+    match name {
+        FRICTION_ZONE => "position-dependent-friction",
+        named => named,
+    }
 }
 
 /// The names of all effects, on the list and off it.

@@ -46,6 +46,28 @@ impl Wave {
     }
 }
 
+/// A stretch of the stroke with another friction, beside borders that rise evenly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Zone {
+    /// Friction within over friction outside, less one.
+    pub more: f64,
+    /// Where it begins.
+    pub from_m: f64,
+    /// Where it ends.
+    pub to_m: f64,
+    /// Length of a border, outside of both.
+    pub border_m: f64,
+}
+
+impl Zone {
+    fn factor(&self, position_m: f64) -> f64 {
+        let outside_m = (self.from_m - position_m)
+            .max(position_m - self.to_m)
+            .max(0.0);
+        1.0 + self.more * (1.0 - outside_m / self.border_m).max(0.0)
+    }
+}
+
 /// Break-away force that grows while the contact rests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dwell {
@@ -102,6 +124,8 @@ pub struct Friction {
     pub asymmetry: f64,
     /// Change along the stroke.
     pub wave: Option<Wave>,
+    /// A stretch with another level.
+    pub zone: Option<Zone>,
     /// Growth at rest.
     pub dwell: Option<Dwell>,
 }
@@ -167,7 +191,10 @@ impl Friction {
         let along = self
             .wave
             .map_or(1.0, |wave| wave.factor(surroundings.position_m));
-        let factor = (1.0 + grown_n / self.coulomb_n) * along;
+        let within = self
+            .zone
+            .map_or(1.0, |zone| zone.factor(surroundings.position_m));
+        let factor = (1.0 + grown_n / self.coulomb_n) * along * within;
         let dwelt_n = self
             .dwell
             .map_or(0.0, |dwell| dwell.added_n(memory.rested_s));

@@ -120,6 +120,8 @@ pub struct Network {
     pub cylinder: Cylinder,
     /// The cushions, if the piston has them.
     pub cushion: Option<Cushion>,
+    /// Throttles at the ports, for gas that leaves a chamber: their areas.
+    pub throttle_m2: [Option<f64>; 2],
     /// Past the piston, from a to b.
     pub piston_leak: Leak,
     /// From each chamber to the surroundings.
@@ -344,7 +346,11 @@ impl Network {
             if out_of_chamber && outlet_m2 < OPEN_M2 {
                 area_m2 = in_series_m2(area_m2, outlet_m2);
             }
-            self.flow.stream(area_m2, from, to)
+            // With tubes the throttle stands at the chamber.
+            match self.throttle_m2[port].filter(|_| out_of_chamber && self.line.is_none()) {
+                None => self.flow.stream(area_m2, from, to),
+                Some(throttle_m2) => self.through_both(area_m2, throttle_m2, from, to),
+            }
         };
         (
             through(paths.supply_m2[port], supply, node, false),
@@ -352,10 +358,50 @@ impl Network {
         )
     }
 
+    /// The stream through two passages without a volume between them: at the pressure there,
+    /// found by halves, both pass the same. That gas is as warm as the gas before them (a throttle
+    /// does no work).
+    fn through_both(&self, first_m2: f64, second_m2: f64, from: Node, to: Node) -> Stream {
+        const HALVES: usize = 24;
+        let high = from.pressure_pa.max(to.pressure_pa);
+        let low = from.pressure_pa.min(to.pressure_pa);
+        let (upstream, downstream) = if from.pressure_pa >= to.pressure_pa {
+            (from, to)
+        } else {
+            (to, from)
+        };
+        let (mut below, mut above) = (low, high);
+        for _ in 0..HALVES {
+            let between = Node {
+                pressure_pa: 0.5 * (below + above),
+                temperature_k: upstream.temperature_k,
+            };
+            let arrives = self.flow.stream(second_m2, upstream, between);
+            let leaves = self.flow.stream(first_m2, between, downstream);
+            if arrives.mass_kg_per_s > leaves.mass_kg_per_s {
+                below = between.pressure_pa;
+            } else {
+                above = between.pressure_pa;
+            }
+        }
+        let between = Node {
+            pressure_pa: 0.5 * (below + above),
+            temperature_k: upstream.temperature_k,
+        };
+        let size = self.flow.stream(second_m2, upstream, between).mass_kg_per_s;
+        let forwards = from.pressure_pa >= to.pressure_pa;
+        Stream::between(if forwards { size } else { -size }, from, to)
+    }
+
+    /// Area that lets gas out of a chamber into its tube, or past its cushion's seal.
     fn outlet_m2(&self, port: usize, position_m: f64) -> f64 {
-        self.cushion.map_or(OPEN_M2, |cushion| {
+        let needle_m2 = self.cushion.map_or(OPEN_M2, |cushion| {
             cushion.outlet_m2(self.cylinder.length_m(port, position_m))
-        })
+        });
+        match self.throttle_m2[port].filter(|_| self.line.is_some()) {
+            None => needle_m2,
+            Some(throttle_m2) => in_series_m2(needle_m2, throttle_m2),
+        }
     }
 
     /// Books what a port takes from the supply side and gives to the exhaust.

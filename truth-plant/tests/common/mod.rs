@@ -56,6 +56,7 @@ pub fn axis() -> Physics {
                 dead_volume_m3: [20e-6, 30e-6],
             },
             cushion: None,
+            throttle_m2: [None; 2],
             piston_leak: Leak::default(),
             chamber_leak: [Leak::default(); 2],
             heat: Heat {
@@ -83,6 +84,7 @@ pub fn axis() -> Physics {
                 mean_pressure_exponent: 1.0,
                 asymmetry: 0.0,
                 wave: None,
+                zone: None,
                 dwell: None,
             },
             constant_n: 0.0,

@@ -4,6 +4,7 @@ pub mod chamber_leakage;
 pub mod exhaust_back_pressure;
 mod leak;
 pub mod piston_leakage;
+pub mod port_throttle;
 pub mod slew_limit;
 pub mod spool_dynamics;
 pub mod supply_droop;
