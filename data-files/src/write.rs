@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
 use arrow_schema::{DataType, Field, Schema};
 use matrw::{MatFile, MatVariable, MatlabType, NumericArray, save_matfile_v7};
 use mcap::records::MessageHeader;
@@ -13,7 +13,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::properties::WriterProperties;
 use serde_json::{Map, Value, json};
 
-use crate::groups::Column;
+use crate::groups::{Cells, Column};
 use crate::said;
 
 /// What a file is written as.
@@ -39,7 +39,7 @@ impl Target {
     }
 }
 
-/// The bytes of a file with these columns of numbers, at these instants.
+/// The bytes of a file with these columns of numbers (in Parquet, also of texts), at these instants.
 ///
 /// # Errors
 /// In words, where the format cannot hold them.
@@ -58,11 +58,18 @@ fn parquet(columns: &[Column]) -> Result<Vec<u8>, String> {
             .iter()
             .filter_map(|(key, text)| Some(((*key).to_owned(), (*text).clone()?)));
         let told: HashMap<String, String> = told.collect();
-        Field::new(&column.name, DataType::Float64, false).with_metadata(told)
+        let kind = match column.cells {
+            Cells::Texts(_) => DataType::Utf8,
+            Cells::Reals(_) | Cells::Wholes(_) => DataType::Float64,
+        };
+        Field::new(&column.name, kind, false).with_metadata(told)
     };
     let fields: Vec<Field> = columns.iter().map(field).collect();
     let schema = Arc::new(Schema::new(fields));
-    let array = |column: &Column| Arc::new(Float64Array::from(column.cells.reals())) as ArrayRef;
+    let array = |column: &Column| match &column.cells {
+        Cells::Texts(texts) => Arc::new(StringArray::from(texts.clone())) as ArrayRef,
+        numbers => Arc::new(Float64Array::from(numbers.reals())) as ArrayRef,
+    };
     let arrays = columns.iter().map(array).collect();
     let batch = RecordBatch::try_new(schema.clone(), arrays).map_err(said)?;
     let compression = Compression::ZSTD(ZstdLevel::default());

@@ -9,10 +9,10 @@ use host_sim::cli::{
     self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
     commission::CommissionArguments, compare::CompareArguments, controller::ControllerArguments,
     convert::ConvertArguments, demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments,
-    identify::IdentifyArguments, init::InitArguments, inspect::InspectArguments,
-    paper::PaperArguments, record::RecordArguments, settings::SettingsArguments,
-    shell_help::CompletionsArguments, shell_help::ManArguments, simulate::SimulateArguments,
-    trial::TrialArguments,
+    fleet::FleetArguments, identify::IdentifyArguments, init::InitArguments,
+    inspect::InspectArguments, paper::PaperArguments, record::RecordArguments,
+    settings::SettingsArguments, shell_help::CompletionsArguments, shell_help::ManArguments,
+    simulate::SimulateArguments, trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -36,6 +36,7 @@ enum Command {
     Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
     Fit(FitArguments),
+    Fleet(FleetArguments),
     Identify(IdentifyArguments),
     Init(InitArguments),
     Inspect(InspectArguments),
@@ -73,6 +74,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
+        Command::Fleet(arguments) => cli::fleet::run(arguments, &mut out),
         Command::Identify(arguments) => cli::identify::run(arguments, &mut out),
         Command::Init(arguments) => cli::init::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),

@@ -8,11 +8,13 @@
 //! - [`plant`]: the axis, steppable at 1 kHz by a controller;
 //! - [`effects`]: what an axis may hold beyond the laws of its rig file;
 //! - [`case`]: rig file, recordings and truth, drawn from a seed;
+//! - [`fleet`]: axes that record every night while one thing in them goes wrong;
 //! - [`mod@bench`]: the test benches on which single laws of the axis are measured.
 
 pub mod bench;
 pub mod case;
 pub mod effects;
+pub mod fleet;
 pub mod plant;
 mod random;
 

@@ -13,6 +13,7 @@ pub mod convert;
 pub mod demo;
 pub mod diagnose;
 pub mod fit;
+pub mod fleet;
 pub mod identify;
 pub mod init;
 mod inputs;

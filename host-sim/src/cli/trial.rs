@@ -1,10 +1,10 @@
 //! `pneuma trial`: the diagnosis judged on concealed data.
 
 use super::{CommandError, inputs, outputs};
+use crate::side_by_side::{side_by_side, usual};
 use crate::text::file_name;
 use crate::trial::others::other;
 use crate::trial::plan::Planned;
-use crate::trial::side_by_side::{side_by_side, usual};
 use crate::trial::{
     CaseResult, Scorecard, Setting, TrialError, markdown, page, plan, run as run_case, seal,
 };

@@ -13,7 +13,6 @@
 //! | `said` | what a tool said |
 //! | `judge` | the rules |
 //! | `run` | one case from plan to judgement |
-//! | `side_by_side` | cases at once, one to a core |
 //! | `on_chip` | the firmware's control of the true plant, before and after |
 //! | `rate` | how often out of how many, with its interval |
 //! | `others` | other tools' verdicts on the same cases |
@@ -39,7 +38,6 @@ pub mod run;
 pub mod said;
 pub mod score;
 pub mod seal;
-pub mod side_by_side;
 
 pub use book::Scorecard;
 pub use plan::{Setting, plan};

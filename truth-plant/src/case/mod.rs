@@ -120,6 +120,36 @@ impl Request {
         self.design().plant()
     }
 
+    /// Five seconds of a night at 500 Hz: the motion of the first recording, from rest, with noise of
+    /// its own, of a plant that `change` has been at.
+    pub(crate) fn night(&self, night: u32, change: impl FnOnce(&mut Physics)) -> String {
+        const SECONDS: f64 = 5.0;
+        let design = self.design();
+        let mut world = design.world();
+        change(&mut world.changed);
+        let nameplate = &world.nameplate;
+        let null_v = design.belief().null_v(nameplate);
+        let excitation = design.excitation(0, null_v);
+        let start = Start {
+            position_m: excitation.start_m(),
+            pressure_pa: [0.58 * nameplate.supply_pa; 2],
+            seed: self.seed,
+            // Beyond the recordings of the case.
+            recording: FILES.len() + 1 + night as usize,
+        };
+        let mut plant = Plant::new(world.changed, start);
+        let mut text = design.header();
+        for tick in 0..libm::round(SECONDS / TICK_S) as usize {
+            let sample = plant.sample();
+            let command_v = quantised_command_v(excitation.command_v(&sample));
+            if tick.is_multiple_of(2) {
+                design.row(&mut text, &sample, command_v);
+            }
+            plant.advance(command_v);
+        }
+        text
+    }
+
     fn design(&self) -> Design {
         let mut random = Random::new(self.seed, Purpose::Choice);
         Design {
@@ -174,14 +204,7 @@ struct World {
 impl Design {
     fn build(self) -> Case {
         let world = self.world();
-        let plan = &self.plan;
-        let declared = Declared {
-            supply_recorded: plan.supply_recorded,
-            polytropic: plan.declares_polytropic(),
-            noise: plan.noise,
-            careless: plan.kind == Kind::Parameters,
-        };
-        let belief = Belief::draw(&mut Random::new(self.seed, Purpose::Belief), declared);
+        let belief = self.belief();
         let null_v = belief.null_v(&world.nameplate);
         let mut recordings: Vec<(String, String)> = (0..FILES.len())
             .map(|recording| self.record(&world, recording, null_v))
@@ -196,6 +219,17 @@ impl Design {
             truth: self.truth(world),
             design: self,
         }
+    }
+
+    fn belief(&self) -> Belief {
+        let plan = &self.plan;
+        let declared = Declared {
+            supply_recorded: plan.supply_recorded,
+            polytropic: plan.declares_polytropic(),
+            noise: plan.noise,
+            careless: plan.kind == Kind::Parameters,
+        };
+        Belief::draw(&mut Random::new(self.seed, Purpose::Belief), declared)
     }
 
     fn plant(&self) -> Plant {
