@@ -8,9 +8,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 use host_sim::cli::{
     self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
     commission::CommissionArguments, compare::CompareArguments, controller::ControllerArguments,
-    convert::ConvertArguments, demo::DemoArguments, diagnose::DiagnoseArguments, fit::FitArguments,
-    fleet::FleetArguments, identify::IdentifyArguments, init::InitArguments,
-    inspect::InspectArguments, paper::PaperArguments, record::RecordArguments,
+    convert::ConvertArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
+    doctor::DoctorArguments, fit::FitArguments, fleet::FleetArguments, identify::IdentifyArguments,
+    init::InitArguments, inspect::InspectArguments, paper::PaperArguments, record::RecordArguments,
     settings::SettingsArguments, shell_help::CompletionsArguments, shell_help::ManArguments,
     simulate::SimulateArguments, trial::TrialArguments,
 };
@@ -35,6 +35,7 @@ enum Command {
     Convert(ConvertArguments),
     Demo(DemoArguments),
     Diagnose(DiagnoseArguments),
+    Doctor(DoctorArguments),
     Fit(FitArguments),
     Fleet(FleetArguments),
     Identify(IdentifyArguments),
@@ -73,6 +74,7 @@ fn main() -> ExitCode {
         Command::Convert(arguments) => cli::convert::run(arguments, &mut out),
         Command::Demo(arguments) => cli::demo::run(arguments, &mut out),
         Command::Diagnose(arguments) => cli::diagnose::run(arguments, &mut out),
+        Command::Doctor(arguments) => cli::doctor::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Fleet(arguments) => cli::fleet::run(arguments, &mut out),
         Command::Identify(arguments) => cli::identify::run(arguments, &mut out),

@@ -13,6 +13,7 @@ use host_sim::board::twin::Twin;
 use host_sim::cli::board::{BoardArguments, BoardOrder, MoveArguments, run as tell_board};
 use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::controller::{ControllerArguments, run as controller};
+use host_sim::cli::doctor::{DoctorArguments, run as see_a_doctor};
 use host_sim::cli::record::{RecordArguments, run as record};
 use host_sim::cli::settings::{SettingsArguments, run as settings};
 use host_sim::plant::PlantSettings;
@@ -195,4 +196,52 @@ fn prop_the_controller_at_a_link_tells_its_status() {
     assert!(said.contains("starting"), "{said}");
     let gone = thread.join().expect("it ends well");
     assert!(gone.is_err_and(|line| line.contains("went away after 0 ticks")));
+}
+
+fn doctor(serial: &str, rig: Option<PathBuf>, folder: &str) -> (String, bool) {
+    let arguments = DoctorArguments {
+        rig,
+        serial: Some(serial.into()),
+        baud: 0,
+        folder: folder.into(),
+    };
+    let mut out = Vec::new();
+    let outcome = see_a_doctor(&arguments, &mut out);
+    let said = String::from_utf8(out).expect("it is text");
+    println!("{said}{outcome:?}");
+    (said, outcome.is_ok())
+}
+
+/// A port without a board, a folder that is none and a rig with a fault each stand in the way and are
+/// said with what to do; a board that is well is said to be.
+#[test]
+fn val_a_doctor_tells_what_stands_in_the_way() {
+    let (address, thread) = twin(1);
+    let here = std::env::temp_dir().display().to_string();
+    let (said, is_well) = doctor(&address, Some(rig_file()), &here);
+    assert!(is_well && !said.contains("WRONG"));
+    for what in ["folder", "rig ", "board", "state", "line"] {
+        assert!(
+            said.lines()
+                .any(|line| line.starts_with("ok") && line.contains(what)),
+            "{what}"
+        );
+    }
+    thread.join().expect("it ends");
+
+    let (said, is_well) = doctor(&address, None, "/no/such/folder");
+    assert!(!is_well);
+    let wrong: Vec<&str> = said
+        .lines()
+        .filter(|line| line.starts_with("WRONG"))
+        .collect();
+    assert_eq!(wrong.len(), 2, "{said}");
+    assert!(wrong[0].contains("expected a folder") && wrong[1].contains("dialout"));
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("rig.toml");
+    let text = std::fs::read_to_string(rig_file()).expect("a rig");
+    std::fs::write(&path, text.replacen("stroke_m", "strok_m", 1)).expect("it is written");
+    let (said, is_well) = doctor(&address, Some(path), &here);
+    assert!(!is_well && said.contains("strok_m"), "{said}");
 }

@@ -8,7 +8,7 @@ use crate::fleet::page::{page, sentence};
 use crate::fleet::plan::{AxisPlan, Night, Plan};
 use crate::fleet::scheduler;
 use crate::fleet::store::{Kind, Outcome, Store};
-use crate::fleet::summary::{nights_for_verdict, summary, verdict_job};
+use crate::fleet::summary::{night_for_verdict, summary};
 use crate::fleet::work::{self, Reference};
 use crate::fleet::{table, watched};
 use crate::output::write_whole;
@@ -174,7 +174,7 @@ fn read_plan(path: &Path) -> Result<Plan, CommandError> {
 enum Job<'p> {
     Reference(&'p AxisPlan),
     Night(&'p AxisPlan, &'p Night),
-    Verdict(&'p AxisPlan, Vec<Night>, String),
+    Verdict(&'p AxisPlan, &'p Night, String),
 }
 
 impl Job<'_> {
@@ -286,10 +286,9 @@ fn jobs<'p>(plan: &'p Plan, store: &Store, stage: Kind) -> Vec<Job<'p>> {
         }
         Kind::Verdict => {
             let summary = summary(plan, store);
-            let jobs = summary.changed.iter().map(|(axis, changed)| {
-                let nights = nights_for_verdict(axis, &changed.found[0]);
-                let job = verdict_job(axis, &nights);
-                Job::Verdict(axis.plan, nights, job)
+            let jobs = summary.changed.iter().filter_map(|(axis, _)| {
+                let (night, job) = night_for_verdict(axis)?;
+                Some(Job::Verdict(axis.plan, night, job))
             });
             jobs.collect()
         }
@@ -306,9 +305,9 @@ fn end(job: &Job<'_>, store: &Store) -> End {
                 kept(store, job, || work::night(axis, night, &reference))
             }
         },
-        Job::Verdict(axis, nights, _) => match store.read::<Reference>(&axis.reference_job) {
+        Job::Verdict(axis, night, _) => match store.read::<Reference>(&axis.reference_job) {
             Some(Outcome::Done(reference)) => {
-                kept(store, job, || work::verdict(axis, nights, &reference))
+                kept(store, job, || work::verdict(axis, night, &reference))
             }
             _ => End::Left("its reference is not fitted yet".into()),
         },
@@ -341,8 +340,7 @@ fn kept<T: Serialize>(
 fn files_are_as_planned(job: &Job<'_>) -> Result<(), String> {
     let nights: &[Night] = match job {
         Job::Reference(axis) => &axis.nights[..axis.reference],
-        Job::Night(_, night) => std::slice::from_ref(*night),
-        Job::Verdict(_, nights, _) => nights,
+        Job::Night(_, night) | Job::Verdict(_, night, _) => std::slice::from_ref(*night),
     };
     nights.iter().try_for_each(|night| night.recording.check())
 }
@@ -369,11 +367,8 @@ fn report(arguments: &ReportArguments, out: &mut dyn Write) -> Result<(), Comman
             sentence(axis.plan, &changed.found[0])
         )?;
     }
-    let faulty = summary
-        .changed
-        .iter()
-        .map(|(axis, _)| axis)
-        .chain(&summary.steady);
+    let changed = summary.changed.iter().chain(&summary.slightly);
+    let faulty = changed.map(|(axis, _)| axis).chain(&summary.steady);
     for axis in faulty.filter(|axis| !axis.faults.is_empty()) {
         let what = axis.faults[0].1.first().map_or("", String::as_str);
         writeln!(
@@ -385,9 +380,10 @@ fn report(arguments: &ReportArguments, out: &mut dyn Write) -> Result<(), Comman
     }
     writeln!(
         out,
-        "{} of {} axes changed; {} quantities of each are followed, {} false alarms an axis and year",
+        "{} of {} axes changed by what matters or will before long, {} by less; {} quantities of each are followed, {} false alarms an axis and year",
         summary.changed.len(),
         plan.axes.len(),
+        summary.slightly.len(),
         watched::WATCHED.len(),
         plan.false_alarms_per_axis_year
     )?;

@@ -12,6 +12,7 @@ pub mod controller;
 pub mod convert;
 pub mod demo;
 pub mod diagnose;
+pub mod doctor;
 pub mod fit;
 pub mod fleet;
 pub mod identify;

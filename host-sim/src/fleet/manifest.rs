@@ -60,7 +60,7 @@ const fn usual_reference() -> usize {
 }
 
 /// Fewer nights tell no scatter from night to night.
-const LEAST_REFERENCE: usize = 3;
+pub const LEAST_REFERENCE: usize = 3;
 
 impl Manifest {
     /// Reads a manifest; paths in it are from its folder. The error is one line.

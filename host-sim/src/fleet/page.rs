@@ -4,7 +4,7 @@ use super::change::Shape;
 use super::plan::{AxisPlan, Night};
 use super::series::Axis;
 use super::store::{Outcome, Store};
-use super::summary::{Changed, Found, Summary, nights_for_verdict, verdict_job};
+use super::summary::{Changed, Found, Summary, night_for_verdict};
 use super::watched::watched;
 use super::work::Verdict;
 use crate::report::{Cell, Chart, Page, Role, Section, Series, Table, number};
@@ -16,6 +16,47 @@ const MOST_SHOWN: usize = 20;
 pub fn page(summary: &Summary<'_>, store: &Store) -> Page {
     let mut page = Page::new("Fleet");
     page.lead(lead(summary));
+    tiles(&mut page, summary);
+    if !summary.groups.is_empty() {
+        page.section("Groups that changed as a whole", |section| {
+            section.text("What the middle axis of a group does is none of a single axis; sizes are in units of what matters on an axis.");
+            for group in &summary.groups {
+                section.text(format!("{}: {}.", group.name, of_group(&group.found[0])));
+                section.chart(chart(&group.name, &group.found[0]));
+            }
+        });
+    }
+    if !summary.changed.is_empty() {
+        page.section("To look at first", |section| {
+            ranking(section, summary, store)
+        });
+        let shown = summary.changed.iter().take(MOST_SHOWN);
+        for (axis, changed) in shown {
+            page.section(axis.plan.name.clone(), |section| {
+                of_axis(section, axis, changed, store)
+            });
+        }
+    }
+    if all(summary).any(|axis| !axis.faults.is_empty()) {
+        page.section("Faults in recordings", |section| faults(section, summary));
+    }
+    if !summary.slightly.is_empty() {
+        page.folded_section("Changes too small to matter", |section| {
+            let small = summary.slightly.iter();
+            let line = |(axis, one): &(Axis<'_>, Changed)| {
+                format!("{}: {}", axis.plan.name, sentence(axis.plan, &one.found[0]))
+            };
+            section.list(small.map(line).collect::<Vec<String>>());
+        });
+    }
+    page.folded_section("Axes without a change", |section| {
+        let names = summary.steady.iter().map(|axis| axis.plan.name.clone());
+        section.list(names.collect::<Vec<String>>());
+    });
+    page
+}
+
+fn tiles(page: &mut Page, summary: &Summary<'_>) {
     let faulty = all(summary).filter(|axis| !axis.faults.is_empty()).count();
     let open: usize = all(summary).map(|axis| axis.open).sum();
     let nights: usize = all(summary).map(|axis| axis.plan.nights.len()).sum();
@@ -45,39 +86,11 @@ pub fn page(summary: &Summary<'_>, store: &Store) -> Page {
             "run pneuma fleet run".to_owned(),
         );
     }
-    if !summary.groups.is_empty() {
-        page.section("Groups that changed as a whole", |section| {
-            section.text("What the middle axis of a group does is none of a single axis; sizes are in units of what matters on an axis.");
-            for group in &summary.groups {
-                section.text(format!("{}: {}.", group.name, of_group(&group.found[0])));
-                section.chart(chart(&group.name, &group.found[0]));
-            }
-        });
-    }
-    if !summary.changed.is_empty() {
-        page.section("To look at first", |section| {
-            ranking(section, summary, store)
-        });
-        let shown = summary.changed.iter().take(MOST_SHOWN);
-        for (axis, changed) in shown {
-            page.section(axis.plan.name.clone(), |section| {
-                of_axis(section, axis, changed, store)
-            });
-        }
-    }
-    if faulty > 0 {
-        page.section("Faults in recordings", |section| faults(section, summary));
-    }
-    page.folded_section("Axes without a change", |section| {
-        let names = summary.steady.iter().map(|axis| axis.plan.name.clone());
-        section.list(names.collect::<Vec<String>>());
-    });
-    page
 }
 
 fn all<'s, 'p>(summary: &'s Summary<'p>) -> impl Iterator<Item = &'s Axis<'p>> {
-    let changed = summary.changed.iter().map(|(axis, _)| axis);
-    changed.chain(&summary.steady)
+    let changed = summary.changed.iter().chain(&summary.slightly);
+    changed.map(|(axis, _)| axis).chain(&summary.steady)
 }
 
 fn material(summary: &Summary<'_>) -> String {
@@ -90,7 +103,7 @@ fn material(summary: &Summary<'_>) -> String {
 
 fn lead(summary: &Summary<'_>) -> String {
     let Some((axis, changed)) = summary.changed.first() else {
-        return "No axis has changed.".into();
+        return "No axis has changed by what matters.".into();
     };
     let first = &changed.found[0];
     format!("{} first: {}.", axis.plan.name, sentence(axis.plan, first))
@@ -143,17 +156,17 @@ fn on(plan: &AxisPlan, day: f64) -> String {
 }
 
 fn size(found: &Found) -> String {
-    let (change, known) = (&found.change, watched(&found.series.key));
-    let per_si = known.map_or(1.0, |one| one.per_si);
-    let unit = known.map_or("of its logarithm", |one| one.unit);
-    let said = |value: f64| number::significant(value.abs() * per_si, 2);
-    format!(
-        "{} ± {} {unit}",
-        said(change.size),
-        said(change.standard_deviation)
-    )
-    .trim_end()
-    .to_owned()
+    let change = &found.change;
+    let Some(known) = watched(&found.series.key) else {
+        // The logarithm of a misfit.
+        let more = change.size.abs().exp_m1();
+        return format!("{} %", number::significant(100.0 * more, 2));
+    };
+    let said = |value: f64| number::significant(value.abs() * known.per_si, 2);
+    let (size, deviation) = (said(change.size), said(change.standard_deviation));
+    format!("{size} ± {deviation} {}", known.unit)
+        .trim_end()
+        .to_owned()
 }
 
 fn ranking(section: &mut Section, summary: &Summary<'_>, store: &Store) {
@@ -168,7 +181,7 @@ fn ranking(section: &mut Section, summary: &Summary<'_>, store: &Store) {
         "of what matters",
         "since",
         "seen",
-        "verdict on the latest nights",
+        "verdict on the latest night",
     ]);
     for (axis, changed) in &summary.changed {
         let found = &changed.found[0];
@@ -180,7 +193,7 @@ fn ranking(section: &mut Section, summary: &Summary<'_>, store: &Store) {
             Cell::significant(found.share(), 2),
             Cell::from(on(axis.plan, found.change.onset_day).as_str()),
             Cell::from(on(axis.plan, found.change.seen_day).as_str()),
-            Cell::from(verdict(axis, found, store).as_str()),
+            Cell::from(verdict(axis, store).as_str()),
         ];
         table = if found.share() >= 1.0 {
             table.emphasised_row(row)
@@ -191,9 +204,9 @@ fn ranking(section: &mut Section, summary: &Summary<'_>, store: &Store) {
     section.table(table);
 }
 
-fn verdict(axis: &Axis<'_>, found: &Found, store: &Store) -> String {
-    let job = verdict_job(axis, &nights_for_verdict(axis, found));
-    match store.read::<Verdict>(&job) {
+fn verdict(axis: &Axis<'_>, store: &Store) -> String {
+    let job = night_for_verdict(axis).map(|(_, job)| job);
+    match job.and_then(|job| store.read::<Verdict>(&job)) {
         None => "not made yet".into(),
         Some(Outcome::Failed(why)) => why,
         Some(Outcome::Done(verdict)) => verdict.sentence,
@@ -205,11 +218,10 @@ fn of_axis(section: &mut Section, axis: &Axis<'_>, changed: &Changed, store: &St
     section.callout(sentence(axis.plan, first));
     section.chart(chart(&first.title(), first));
     section.text(format!(
-        "Verdict on the latest nights: {}",
-        verdict(axis, first, store)
+        "Verdict on the latest night: {}",
+        verdict(axis, store)
     ));
-    let latest = nights_for_verdict(axis, first).pop();
-    if let Some(night) = latest {
+    if let Some((night, _)) = night_for_verdict(axis) {
         let path = night.recording.path.to_string_lossy().into_owned();
         section.text(format!("The recording to look at: `{path}`"));
     }
@@ -224,12 +236,17 @@ fn of_axis(section: &mut Section, axis: &Axis<'_>, changed: &Changed, store: &St
 }
 
 fn chart(title: &str, found: &Found) -> Chart {
-    let known = watched(&found.series.key);
-    let per_si = if (found.series.matters - 1.0).abs() < f64::EPSILON {
-        1.0
-    } else {
-        known.map_or(1.0, |one| one.per_si)
-    };
+    // A group's is in units of what matters.
+    let known = watched(&found.series.key).filter(|_| !found.is_of_group());
+    let per_si = known.map_or(1.0, |one| one.per_si);
+    let unit = known.map_or(
+        if found.is_of_group() {
+            "sizes that matter"
+        } else {
+            "logarithm"
+        },
+        |one| one.unit,
+    );
     let points = &found.series.points;
     let nights = points.iter().map(|one| (one.day, one.value * per_si));
     let change = &found.change;
@@ -242,7 +259,6 @@ fn chart(title: &str, found: &Found) -> Chart {
         (day, per_si * (change.was + share * change.size))
     };
     let line = points.iter().map(|one| with(one.day));
-    let unit = known.map_or("", |one| one.unit);
     Chart::new(title.to_owned())
         .x_axis("days since the first night", "d")
         .y_axis(found.title(), unit)

@@ -20,6 +20,8 @@ pub struct Series {
     pub points: Vec<Point>,
     /// The change from which on it matters, in the key's unit.
     pub matters: f64,
+    /// Whether it is of a group: then in units of that.
+    pub of_group: bool,
 }
 
 /// An axis with the results of its nights.
@@ -88,6 +90,7 @@ fn of_key(key: String, points: Vec<Point>, reference: usize) -> Series {
     let first = points.iter().take(reference).map(|one| one.value).collect();
     Series {
         matters: matters(&key, median(first)),
+        of_group: false,
         points,
         key,
     }
@@ -176,5 +179,6 @@ fn of_group(key: String, members: &mut [&mut Axis<'_>]) -> Option<Series> {
         key,
         points,
         matters: 1.0,
+        of_group: true,
     })
 }

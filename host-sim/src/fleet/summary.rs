@@ -12,8 +12,10 @@ use std::collections::HashMap;
 pub struct Summary<'p> {
     /// Groups that changed as a whole.
     pub groups: Vec<Changed>,
-    /// Axes that changed, the most pressing first.
+    /// Axes that changed by what matters, or will before long: the most pressing first.
     pub changed: Vec<(Axis<'p>, Changed)>,
+    /// Axes that changed by less.
+    pub slightly: Vec<(Axis<'p>, Changed)>,
     /// Axes that did not.
     pub steady: Vec<Axis<'p>>,
 }
@@ -42,6 +44,11 @@ impl Found {
         self.change.size.abs() / self.series.matters
     }
 
+    /// Whether it is of a group, and so in units of the size that matters.
+    pub fn is_of_group(&self) -> bool {
+        self.series.of_group
+    }
+
     /// What a person calls it.
     pub fn title(&self) -> String {
         title(&self.series.key)
@@ -61,6 +68,19 @@ impl Found {
         let gone = last - self.change.onset_day;
         let grows = self.change.shape == Shape::Ramp && self.share() < 1.0 && gone > 0.0;
         grows.then(|| gone * (1.0 / self.share() - 1.0))
+    }
+}
+
+impl Found {
+    /// Whether it matters, or comes to within as many days as were recorded if it goes on so.
+    fn is_pressing(&self) -> bool {
+        let points = &self.series.points;
+        let ends = points.first().zip(points.last());
+        let recorded = ends.map_or(0.0, |(first, last)| last.day - first.day);
+        self.share() >= 1.0
+            || self
+                .days_until_it_matters()
+                .is_some_and(|days| days <= recorded)
     }
 }
 
@@ -91,30 +111,24 @@ pub fn summary<'p>(plan: &'p Plan, store: &Store) -> Summary<'p> {
     }
     let pressing = |changed: &Changed| changed.found[0].share();
     changed.sort_by(|one, other| pressing(&other.1).total_cmp(&pressing(&one.1)));
+    let (changed, slightly) = changed
+        .into_iter()
+        .partition(|(_, one): &(Axis<'_>, Changed)| one.found[0].is_pressing());
     Summary {
         groups,
         changed,
+        slightly,
         steady,
     }
 }
 
-/// The nights that a verdict on a changed axis reads: the latest ones since its onset, six at most.
-pub fn nights_for_verdict(axis: &Axis<'_>, found: &Found) -> Vec<Night> {
-    const MOST: usize = 6;
+/// The night that a verdict on a changed axis reads, and its job: the latest sound one.
+pub fn night_for_verdict<'p>(axis: &Axis<'p>) -> Option<(&'p Night, String)> {
     let faulty = |place: usize| axis.faults.iter().any(|fault| fault.0 == place);
     let nights = axis.plan.nights.iter().enumerate().rev();
-    let sound =
-        nights.filter(|(place, night)| !faulty(*place) && night.day > found.change.onset_day);
-    let mut latest: Vec<Night> = sound.map(|(_, night)| night.clone()).take(MOST).collect();
-    latest.reverse();
-    latest
-}
-
-/// The job of that verdict.
-pub fn verdict_job(axis: &Axis<'_>, nights: &[Night]) -> String {
-    let mut works_on = vec![axis.plan.reference_job.as_str()];
-    works_on.extend(nights.iter().map(|night| night.recording.sha256.as_str()));
-    job_name("verdict", &works_on)
+    let (_, night) = nights.into_iter().find(|(place, _)| !faulty(*place))?;
+    let works_on = [axis.plan.reference_job.as_str(), &night.recording.sha256];
+    Some((night, job_name("verdict", &works_on)))
 }
 
 /// From which statistic on a change is one, by the days of a series: drawing that takes a while.
@@ -186,7 +200,11 @@ impl Summary<'_> {
     /// Every change, the plainest of an axis first.
     pub fn said(&self) -> Vec<Said> {
         let of_groups = self.groups.iter().map(|group| (group, true));
-        let of_axes = self.changed.iter().map(|(_, changed)| (changed, false));
+        let of_axes = self
+            .changed
+            .iter()
+            .chain(&self.slightly)
+            .map(|(_, changed)| (changed, false));
         let one = |(changed, of_group): (&Changed, bool)| {
             let said = |found: &Found| Said {
                 name: changed.name.clone(),

@@ -124,7 +124,7 @@ pub const WATCHED: &[Watched] = &[
     number("supply.pressure_Pa", ("supply pressure", "supply"), Half::Gas, Size::Share(0.03), ("kPa", 1e-3)),
     number("friction.coulomb_N", ("dry friction", "seals and guide"), Half::Forces, Size::Share(0.15), ("N", 1.0)),
     number("friction.viscous_Ns_m", ("viscous friction", "lubrication"), Half::Forces, Size::Share(0.25), ("N s/m", 1.0)),
-    effect("effects.constant-force.force_N", ("constant force", "load or inclination"), Half::Forces, (0.0, (-1e4, 1e4)), (1.5, "N", 1.0)),
+    effect("effects.constant-force.force_N", ("constant force", "load, inclination, or the zero of a gauge"), Half::Forces, (0.0, (-1e4, 1e4)), (1.5, "N", 1.0)),
 ];
 
 /// The misfit of a pressure is followed too, as a logarithm: a half more of it matters. A change that

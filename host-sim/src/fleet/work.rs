@@ -1,5 +1,6 @@
-//! One job: the fit of an axis as it was, of one night, or a verdict on its latest nights.
+//! One job: the fit of an axis as it was, of one night, or a verdict on its latest one.
 
+use super::manifest::LEAST_REFERENCE;
 use super::plan::{AxisPlan, Night};
 use super::watched::{MISFIT, WATCHED, Watched};
 use crate::laws::{Law, Track};
@@ -54,12 +55,12 @@ pub struct Estimate {
     pub standard_deviation: Option<f64>,
 }
 
-/// A verdict on the latest nights of an axis.
+/// A verdict on the latest night of an axis.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Verdict {
     /// The axis.
     pub axis: String,
-    /// SHA-256 of the recordings.
+    /// SHA-256 of the recording.
     pub inputs: Vec<String>,
     /// The program.
     pub program: String,
@@ -80,7 +81,7 @@ pub fn reference(axis: &AxisPlan) -> Result<Reference, String> {
     let given = Rig::read(&axis.rig.path).map_err(|error| error.to_string())?;
     let rig = with_built_in_priors(&given);
     let laws = Law::of(&rig, &|signal| rig.signals.contains(signal));
-    let recordings = read(&rig, &axis.nights[..axis.reference])?;
+    let recordings = sound(&rig, read(&rig, &axis.nights[..axis.reference])?)?;
     let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
     let free = free_parameters(&rig, &laws, &tracks, &[])?;
     let tasks = laws.iter().zip(free).map(|(&law, free)| LawTask {
@@ -109,6 +110,20 @@ pub fn reference(axis: &AxisPlan) -> Result<Reference, String> {
         watched: shown_by(&exact(&fitted), &laws, &tracks),
         rig: text,
     })
+}
+
+/// Those without faults: what a frozen gauge says is no reference.
+fn sound(rig: &Rig, recordings: Vec<Recording>) -> Result<Vec<Recording>, String> {
+    let all = recordings.len();
+    let is_sound = |recording: &Recording| inspect(rig, recording).faults.is_empty();
+    let sound: Vec<Recording> = recordings.into_iter().filter(is_sound).collect();
+    if sound.len() < LEAST_REFERENCE {
+        return Err(format!(
+            "{} of the {all} reference recordings have no faults, expected at least {LEAST_REFERENCE}: pneuma inspect tells them",
+            sound.len()
+        ));
+    }
+    Ok(sound)
 }
 
 /// The keys that an axis' laws and signals show.
@@ -199,33 +214,22 @@ fn estimates_of(fit: &LawFit) -> Vec<Estimate> {
     numbers.chain(misfits).collect()
 }
 
-/// A verdict on the latest nights: of two each, the later is held out. The error is one line.
-pub fn verdict(
-    axis: &AxisPlan,
-    nights: &[Night],
-    reference: &Reference,
-) -> Result<Verdict, String> {
+/// A verdict on a night, its last two fifths held out: from night to night the air is another one,
+/// and a model has one supply. The error is one line.
+pub fn verdict(axis: &AxisPlan, night: &Night, reference: &Reference) -> Result<Verdict, String> {
+    const TRAINED_ON: f64 = 0.6;
     let rig = Rig::parse(&reference.rig, &axis.name).map_err(|error| error.to_string())?;
-    let mut train = read(&rig, nights)?;
-    let mut held_out = Vec::new();
-    for place in (1..train.len())
-        .step_by(2)
-        .collect::<Vec<_>>()
-        .into_iter()
-        .rev()
-    {
-        held_out.push(train.remove(place));
-    }
+    let recording = read(&rig, std::slice::from_ref(night))?.swap_remove(0);
+    let rows = (TRAINED_ON * recording.len() as f64) as usize;
+    let train = vec![recording.part(0..rows)];
+    let held_out = vec![recording.part(rows..recording.len())];
     let told = || Ok::<_, std::convert::Infallible>(held_out);
     let outcome = diagnose(&rig, train, told, &Rehearsals::all(), &|_| ());
     let diagnosis = outcome.unwrap_or_else(|never| match never {});
     let verdict = diagnosis.verdict;
     Ok(Verdict {
         axis: axis.name.clone(),
-        inputs: nights
-            .iter()
-            .map(|night| night.recording.sha256.clone())
-            .collect(),
+        inputs: vec![night.recording.sha256.clone()],
         program: program(),
         effects: verdict
             .effects
