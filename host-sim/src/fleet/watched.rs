@@ -155,7 +155,7 @@ mod tests {
                 })
             });
             let is_table = one.key.starts_with("valve.") && one.key.ends_with("_area_m2");
-            let is_number = known.iter().any(|key| *key == one.key);
+            let is_number = known.contains(&one.key);
             assert!(is_effect || is_table || is_number, "{}", one.key);
         }
     }
