@@ -386,7 +386,9 @@ mod tests {
                 "tank_volume_m3" | "volume_m3" => 1e-3,
                 "buffer_length_m" | "gap_m" => 0.01,
                 "asymmetry" | "viscous_asymmetry" => 0.3,
-                "feed_area_m2" | "silencer_area_m2" | "needle_area_m2" => 5e-6,
+                "feed_area_m2" | "silencer_area_m2" | "needle_area_m2" | "outlet_a_m2"
+                | "outlet_b_m2" => 5e-6,
+                "zone_middle_m" => 0.1,
                 "from" => 0.1,
                 "of_velocity" => return f64::from(u8::from(place.is_multiple_of(2))),
                 "rising_per_s" | "falling_per_s" => 500.0,
