@@ -13,50 +13,47 @@ use crate::laws::Law;
 
 const EFFECT: &str = "position-dependent-friction";
 
+/// What a model misses while it slides, and its dry level, N.
+type Missed<'a> = (Sliding<'a>, f64);
+/// The start of a form's candidate that explains most of it.
+type Begin = fn(&Missed<'_>, &Candidate) -> Option<Vec<f64>>;
+
+const FORMS: [(&str, Begin); 2] = [("wave", missed_wave), ("zone", missed_zone)];
+
 impl Bench<'_> {
     /// Has frictions of the place begin, too, where these models miss one.
     pub(crate) fn begin_frictions_of_place_where_missed(&mut self, by: &[&Fitted]) {
         if self.law != Law::Balance {
             return;
         }
-        self.begin_form("wave", by, Self::missed_wave);
-        self.begin_form("zone", by, Self::missed_zone);
-    }
-
-    fn begin_form(
-        &mut self,
-        form: &str,
-        by: &[&Fitted],
-        missed: impl Fn(&Self, &Fitted, &Candidate) -> Option<Vec<f64>>,
-    ) {
-        let is_it = |one: &Candidate| (one.effect, one.form) == (EFFECT, Some(form));
-        let Some(index) = self.candidates.iter().position(is_it) else {
-            return;
+        let curvatures = sliding::curvatures(self);
+        let missed = |model: &&Fitted| {
+            let level_n = self.value_in(model, "friction.coulomb_N")?;
+            Some((Sliding::of(self, model, &curvatures)?, level_n))
         };
-        let candidate = &self.candidates[index];
-        let starts = by.iter().filter_map(|model| missed(self, model, candidate));
-        let starts: Vec<Vec<f64>> = starts.collect();
-        self.candidates[index].starts.extend(starts);
+        let missed: Vec<Missed<'_>> = by.iter().filter_map(missed).collect();
+        for (form, begin) in FORMS {
+            let is_it = |one: &&mut Candidate| (one.effect, one.form) == (EFFECT, Some(form));
+            if let Some(candidate) = self.candidates.iter_mut().find(is_it) {
+                let starts = missed.iter().filter_map(|one| begin(one, candidate));
+                let starts: Vec<Vec<f64>> = starts.collect();
+                candidate.starts.extend(starts);
+            }
+        }
     }
+}
 
-    /// Cosine, sine and length, as the candidate has them.
-    fn missed_wave(&self, model: &Fitted, candidate: &Candidate) -> Option<Vec<f64>> {
-        let level_n = self.value_in(model, "friction.coulomb_N")?;
-        let curvatures = sliding::curvatures(self);
-        let sliding = Sliding::of(self, model, &curvatures)?;
-        let wave = sliding.largest(bounds(candidate, "wavelength_m")?, Row::held)?;
-        let shares = wave.sizes / level_n;
-        Some(vec![shares.x, shares.y, wave.period_m])
-    }
+/// Cosine, sine and length, as the candidate has them.
+fn missed_wave((sliding, level_n): &Missed<'_>, candidate: &Candidate) -> Option<Vec<f64>> {
+    let wave = sliding.largest(bounds(candidate, "wavelength_m")?, Row::held)?;
+    let shares = wave.sizes / *level_n;
+    Some(vec![shares.x, shares.y, wave.period_m])
+}
 
-    /// Share, middle and length.
-    fn missed_zone(&self, model: &Fitted, candidate: &Candidate) -> Option<Vec<f64>> {
-        let level_n = self.value_in(model, "friction.coulomb_N")?;
-        let curvatures = sliding::curvatures(self);
-        let sliding = Sliding::of(self, model, &curvatures)?;
-        let zone = sliding.largest_zone(bounds(candidate, "zone_length_m")?)?;
-        Some(vec![zone.more_n / level_n, zone.middle_m, zone.length_m])
-    }
+/// Share, middle and length.
+fn missed_zone((sliding, level_n): &Missed<'_>, candidate: &Candidate) -> Option<Vec<f64>> {
+    let zone = sliding.largest_zone(bounds(candidate, "zone_length_m")?)?;
+    Some(vec![zone.more_n / level_n, zone.middle_m, zone.length_m])
 }
 
 /// Between which a length is looked for, m.

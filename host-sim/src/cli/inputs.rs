@@ -2,14 +2,13 @@
 //! files a page was made.
 
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use sha2::{Digest, Sha256};
 
 use super::CommandError;
+use crate::hash;
 use crate::laws::{Law, needs};
 use crate::recording::Recording;
 use crate::recording_set::{reworked_stretch, shared_stretch};
@@ -264,7 +263,7 @@ pub(super) fn provenance<'p>(files: impl IntoIterator<Item = &'p PathBuf>) -> Pr
         if !path.is_file() {
             return provenance.fact("read once from a pipe, not hashed", name);
         }
-        match fingerprint(&path) {
+        match hash::of_file(&path) {
             Ok((bytes, hash)) => provenance.file(name, bytes, hash),
             Err(_) => provenance,
         }
@@ -286,28 +285,6 @@ fn quoted(word: &str) -> String {
         return word.to_owned();
     }
     format!("'{}'", file_name(word).replace('\'', "'\\''"))
-}
-
-/// Size and SHA-256 of a file.
-fn fingerprint(path: &Path) -> io::Result<(u64, String)> {
-    let mut file = File::open(path)?;
-    let mut digest = Sha256::new();
-    let mut block = vec![0_u8; 1 << 16];
-    let mut bytes = 0;
-    loop {
-        let count = file.read(&mut block)?;
-        if count == 0 {
-            break;
-        }
-        bytes += count as u64;
-        digest.update(&block[..count]);
-    }
-    let hash: String = digest
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    Ok((bytes, hash))
 }
 
 #[cfg(test)]

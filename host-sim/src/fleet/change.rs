@@ -73,7 +73,7 @@ const LEAST_AFTER: usize = 2;
 /// 95 % of a chi-squared with one degree of freedom.
 const WITHIN: f64 = 3.84;
 /// Standard deviation of normal noise over the median of its magnitude.
-const DEVIATION_PER_MEDIAN: f64 = 1.4826;
+pub const DEVIATION_PER_MEDIAN: f64 = 1.4826;
 /// A step from a night to the next counts as no more than so many deviations of the middle one.
 const FAR_STEP: f64 = 3.0;
 /// A night is drawn in to its neighbours from so many deviations on.

@@ -2,11 +2,9 @@
 //! that is done under a name is never done again.
 
 use super::manifest::{self, Manifest};
+use crate::hash;
 use crate::text::one_line;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
-use std::fmt::Write as _;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The form of the jobs' results: with another one all is done anew.
@@ -87,29 +85,16 @@ impl Input {
     }
 }
 
-/// SHA-256 of a file in hexadecimal; the error is one line.
-pub fn sha256_of(path: &Path) -> Result<String, String> {
+/// SHA-256 of a file; the error is one line.
+fn sha256_of(path: &Path) -> Result<String, String> {
     let shown = || one_line(&path.display().to_string());
-    let bytes = fs::read(path).map_err(|error| format!("{}: {error}", shown()))?;
-    Ok(hexadecimal(&Sha256::digest(&bytes)))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing into a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    let (_, sha256) = hash::of_file(path).map_err(|error| format!("{}: {error}", shown()))?;
+    Ok(sha256)
 }
 
 /// The name of a job of a kind that works on these.
 pub fn job_name(kind: &str, works_on: &[&str]) -> String {
-    let mut hash = Sha256::new();
-    for part in [FORM, kind].iter().chain(works_on) {
-        hash.update(part.as_bytes());
-        hash.update([0]);
-    }
-    hexadecimal(&hash.finalize())[..NAME_DIGITS].to_owned()
+    hash::of_texts(&[&[FORM, kind], works_on].concat())[..NAME_DIGITS].to_owned()
 }
 
 impl Plan {

@@ -4,7 +4,7 @@
 //! does, in units of the size that matters, is taken off each of its axes and followed as a series of
 //! the group.
 
-use super::change::{Point, median};
+use super::change::{DEVIATION_PER_MEDIAN, Point, median};
 use super::plan::{AxisPlan, Plan};
 use super::store::{Outcome, Store};
 use super::watched::{MISFIT, MISFIT_MATTERS, Size, watched};
@@ -162,7 +162,7 @@ fn of_group(key: String, members: &mut [&mut Axis<'_>]) -> Option<Series> {
             day: *day,
             value: middle,
             // Of a median of so many.
-            standard_deviation: 1.25 * 1.4826 * spread / (offs.len() as f64).sqrt(),
+            standard_deviation: 1.25 * DEVIATION_PER_MEDIAN * spread / (offs.len() as f64).sqrt(),
         });
     }
     points.sort_by(|one, other| one.day.total_cmp(&other.day));

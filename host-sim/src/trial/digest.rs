@@ -1,23 +1,6 @@
 //! Numbers and words that follow from a seed and tell nothing of it.
 
-use sha2::{Digest, Sha256};
-
-/// SHA-256 of texts, each ended by a zero byte, in hexadecimal.
-pub(super) fn hexadecimal(parts: &[&str]) -> String {
-    bytes(parts)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
-}
-
-fn bytes(parts: &[&str]) -> [u8; 32] {
-    let mut digest = Sha256::new();
-    for part in parts {
-        digest.update(part.as_bytes());
-        digest.update([0]);
-    }
-    digest.finalize().into()
-}
+use crate::hash::{bytes_of_texts as bytes, of_texts as hexadecimal};
 
 /// The seed of a case: 32 bits of a hash.
 pub(super) fn case_seed(trial_seed: u64, number: usize) -> u64 {

@@ -2,6 +2,7 @@
 //! itself is opened afterwards and must fit.
 
 use super::digest;
+use crate::hash;
 use serde::{Deserialize, Serialize};
 use truth_plant::Truth;
 
@@ -44,7 +45,7 @@ impl Opened {
     /// Its seal.
     pub fn seal(&self) -> Seal {
         Seal {
-            sha256: digest::hexadecimal(&[&self.salt, &canonical(&self.truth)]),
+            sha256: hash::of_texts(&[&self.salt, &canonical(&self.truth)]),
         }
     }
 
