@@ -10,6 +10,7 @@ pub mod commission;
 pub mod experiment;
 pub mod fault_campaign;
 pub mod fleet;
+pub mod fmu;
 pub mod hash;
 pub mod init;
 pub mod motion;

@@ -9,10 +9,11 @@ use host_sim::cli::{
     self, board::BoardArguments, check::CheckArguments, closed_loop::LoopArguments,
     commission::CommissionArguments, compare::CompareArguments, controller::ControllerArguments,
     convert::ConvertArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
-    doctor::DoctorArguments, fit::FitArguments, fleet::FleetArguments, identify::IdentifyArguments,
-    init::InitArguments, inspect::InspectArguments, paper::PaperArguments, record::RecordArguments,
-    settings::SettingsArguments, shell_help::CompletionsArguments, shell_help::ManArguments,
-    simulate::SimulateArguments, trial::TrialArguments,
+    doctor::DoctorArguments, fit::FitArguments, fleet::FleetArguments, fmu::FmuArguments,
+    identify::IdentifyArguments, init::InitArguments, inspect::InspectArguments,
+    paper::PaperArguments, record::RecordArguments, settings::SettingsArguments,
+    shell_help::CompletionsArguments, shell_help::ManArguments, simulate::SimulateArguments,
+    trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -38,6 +39,7 @@ enum Command {
     Doctor(DoctorArguments),
     Fit(FitArguments),
     Fleet(FleetArguments),
+    Fmu(FmuArguments),
     Identify(IdentifyArguments),
     Init(InitArguments),
     Inspect(InspectArguments),
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
         Command::Doctor(arguments) => cli::doctor::run(arguments, &mut out),
         Command::Fit(arguments) => cli::fit::run(arguments, &mut out),
         Command::Fleet(arguments) => cli::fleet::run(arguments, &mut out),
+        Command::Fmu(arguments) => cli::fmu::run(arguments, &mut out),
         Command::Identify(arguments) => cli::identify::run(arguments, &mut out),
         Command::Init(arguments) => cli::init::run(arguments, &mut out),
         Command::Inspect(arguments) => cli::inspect::run(arguments, &mut out),

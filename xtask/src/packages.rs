@@ -25,13 +25,13 @@ pub const EMULATOR: Packages = Packages {
              `unicorn` from PyPI. Everything else works without it.",
 };
 
-/// Those that the tests of the Python package work with.
+/// Those that the tests of the Python package and of the units work with.
 pub const PYTHON: Packages = Packages {
     name: "python",
     requirements: "python/tests/requirements.txt",
-    imports: "numpy, pandas",
-    advice: "the tests of the Python package need python3 with venv (Debian: python3-venv) and, with a \
-             network, `numpy` and `pandas` from PyPI. Everything else works without them.",
+    imports: "fmpy, numpy, pandas",
+    advice: "the tests of the Python package and of the units need python3 with venv (Debian: python3-venv) and, with a \
+             network, `fmpy`, `numpy` and `pandas` from PyPI. Everything else works without them.",
 };
 
 impl Packages {

@@ -15,6 +15,7 @@ pub mod diagnose;
 pub mod doctor;
 pub mod fit;
 pub mod fleet;
+pub mod fmu;
 pub mod identify;
 pub mod init;
 mod inputs;

@@ -56,6 +56,40 @@ pub fn valve_v(code: DacCode) -> f64 {
     value(&COMMAND_V, code.0 & !LOW_BITS)
 }
 
+/// The nearest codes for what converters are told to see, in the order of the link: the inverse of
+/// [`seen`]. What is no number is a failed conversion.
+pub fn coded(values: [f64; 5]) -> AdcCodes {
+    let scales = [
+        POSITION_M,
+        PRESSURE_PA,
+        PRESSURE_PA,
+        PRESSURE_PA,
+        VELOCITY_M_PER_S,
+    ];
+    let mut codes = [FAILED_CONVERSION.0; 5];
+    for ((code, scale), value) in codes.iter_mut().zip(&scales).zip(values) {
+        if !value.is_nan() {
+            let last = f64::from(FAILED_CONVERSION.0) - STEP_16_BIT;
+            *code = nearest(scale, value).min(last) as u16;
+        }
+    }
+    AdcCodes::from_array(codes)
+}
+
+/// The nearest code for a voltage at the valve.
+pub fn command_code(command_v: f64) -> DacCode {
+    DacCode(nearest(&COMMAND_V, command_v) as u16)
+}
+
+/// The whole code nearest to a value, on the scale.
+fn nearest(scale: &Scale, value: f64) -> f64 {
+    let (lowest, highest) = (f64::from(scale.lowest), f64::from(scale.highest));
+    let full = f64::from(u16::MAX);
+    ((value - lowest) / (highest - lowest) * full)
+        .round()
+        .clamp(0.0, full)
+}
+
 fn value(scale: &Scale, code: u16) -> f64 {
     let (lowest, highest) = (f64::from(scale.lowest), f64::from(scale.highest));
     lowest + (highest - lowest) * f64::from(code) / f64::from(u16::MAX)

@@ -29,11 +29,18 @@ impl Event {
         if !(begin_s <= self.at_s && self.at_s < end_s) {
             return;
         }
-        match self.change {
-            Change::Mass(mass_kg) => world.axis.carriage.mass_kg = mass_kg,
-            Change::SupplyPressure(pressure_pa) => world.supply_pressure_pa = pressure_pa,
+        self.change.apply(world);
+    }
+}
+
+impl Change {
+    /// Changes the world.
+    pub(super) fn apply(&self, world: &mut World) {
+        match *self {
+            Self::Mass(mass_kg) => world.axis.carriage.mass_kg = mass_kg,
+            Self::SupplyPressure(pressure_pa) => world.supply_pressure_pa = pressure_pa,
             // The carriage's own load counts against +x.
-            Change::Push(force_n) => world.axis.carriage.external_force_n -= force_n,
+            Self::Push(force_n) => world.axis.carriage.external_force_n -= force_n,
         }
     }
 }

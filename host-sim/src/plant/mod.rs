@@ -25,7 +25,7 @@ mod converters;
 mod event;
 mod world;
 
-pub use converters::{Seen, seen, valve_v};
+pub use converters::{Seen, coded, command_code, seen, valve_v};
 pub use event::{Change, Event};
 pub use world::{Sample, World};
 pub(crate) use world::{axis, equilibrium_pa, supply_pressure_pa};
@@ -158,6 +158,12 @@ impl Plant {
     /// One tick's time under the present command; then `command`, the answer to
     /// the present sample, takes over.
     pub fn advance(&mut self, command: DacCode) {
+        self.advance_held();
+        self.command_v = valve_v(command);
+    }
+
+    /// One tick's time under the present command, which stays.
+    pub fn advance_held(&mut self) {
         let begin_s = self.time_s();
         for step in 1..=self.settings.steps_per_tick {
             let end_s = begin_s + f64::from(step) * self.world.axis.dt_s;
@@ -167,8 +173,20 @@ impl Plant {
             self.world.step(self.command_v, end_s);
             self.stop_at_ends(end_s);
         }
-        self.command_v = valve_v(command);
         self.tick += 1;
+    }
+
+    /// Another command from now on; one that the valve has already leaves it as it is, though no
+    /// code stands for it (the null before the first command).
+    pub fn command(&mut self, command_v: f64) {
+        if command_v.to_bits() != self.command_v.to_bits() {
+            self.command_v = valve_v(command_code(command_v));
+        }
+    }
+
+    /// Something changes now and stays.
+    pub fn change(&mut self, change: Change) {
+        change.apply(&mut self.world);
     }
 
     /// The ends of the stroke take the speed away.

@@ -327,6 +327,11 @@ impl<R: Real> Controller<R> {
         &self.axis
     }
 
+    /// Its observer.
+    pub fn observer(&self) -> &Observer<R> {
+        &self.observer
+    }
+
     /// The command at which the valve is centred, V.
     pub fn null_v(&self) -> R {
         self.axis.valve.null_v
