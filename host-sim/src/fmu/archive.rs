@@ -1,6 +1,6 @@
 //! The file `.fmu`: a ZIP archive of description, library and resources.
 
-use super::part::Kind;
+use super::kind::Kind;
 use super::variables::variables;
 use super::{KIND_FILE, LIBRARY, RIG_FILE, Standard, model_description, token};
 use crate::model::AxisFault;

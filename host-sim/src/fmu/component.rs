@@ -1,7 +1,8 @@
 //! One unit at work.
 
 use super::TICK_S;
-use super::part::{Kind, Part, Values};
+use super::kind::Kind;
+use super::part::{Part, Values};
 use super::variables::{Causality, Variable, variables};
 use crate::model::AxisFault;
 use crate::rig::{Rig, RigError};

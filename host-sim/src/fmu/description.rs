@@ -1,6 +1,6 @@
 //! `modelDescription.xml`: FMI 2.0.5, section 2.2, and FMI 3.0.2, section 2.4.
 
-use super::part::Kind;
+use super::kind::Kind;
 use super::variables::{Causality, Type, Variable};
 use super::{LIBRARY, TICK_S};
 use crate::hash;

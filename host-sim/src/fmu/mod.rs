@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `kind` | plant, controller, observer |
 //! | `variables` | the variables of a unit, as its rig makes them |
 //! | `component` | one unit at work: values in, a tick, values out |
 //! | `part` | what is inside: the plant, the control task, the observer |
@@ -20,13 +21,14 @@
 mod archive;
 mod component;
 mod description;
+mod kind;
 mod part;
 mod variables;
 
 pub use archive::{ArchiveError, pack};
 pub use component::{Component, Refusal};
 pub use description::{Standard, model_description, token};
-pub use part::Kind;
+pub use kind::Kind;
 pub use variables::{Causality, Type, Variable, variables};
 
 /// The name of the library in the archive, and what tools call the model's code.

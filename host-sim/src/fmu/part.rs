@@ -1,5 +1,6 @@
 //! What is inside of a unit.
 
+use super::kind::Kind;
 use super::variables::{BELIEF, INSIDE, SENSORS, TRUTH};
 use crate::closed_loop::{control_task, controller};
 use crate::model::AxisFault;
@@ -12,42 +13,6 @@ use firmware::tick::{Command, Sample};
 use model_core::controller::{Controller, Measurements};
 use model_core::observer::ObserverState;
 use model_core::reference::Reference;
-
-/// What a unit is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// The axis behind its converters.
-    Plant,
-    /// The firmware's control task.
-    Controller,
-    /// What the firmware believes of an axis that something else drives.
-    Observer,
-}
-
-impl Kind {
-    /// All of them, by name.
-    pub const ALL: [(&'static str, Self); 3] = [
-        ("plant", Self::Plant),
-        ("controller", Self::Controller),
-        ("observer", Self::Observer),
-    ];
-
-    /// The kind of this name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|(own, _)| *own == name)
-            .map(|(_, kind)| kind)
-    }
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Self::ALL
-            .into_iter()
-            .find(|(_, kind)| *kind == self)
-            .map_or("", |(name, _)| name)
-    }
-}
 
 /// Values of variables by name.
 pub(super) trait Values {

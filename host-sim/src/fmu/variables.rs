@@ -1,6 +1,6 @@
 //! The variables of a unit.
 
-use super::part::Kind;
+use super::kind::Kind;
 use crate::effects::EFFECTS;
 use crate::model::AxisFault;
 use crate::plant::supply_pressure_pa;
@@ -230,99 +230,27 @@ pub(super) const INSIDE: [Said; 7] = [
 /// Where the rig has no valve's null or no supply pressure.
 pub fn variables(kind: Kind, rig: &Rig) -> Result<Vec<Variable>, AxisFault> {
     let null_v = value(rig, "valve.null_V")?;
-    let mut list = Vec::new();
-    if kind == Kind::Plant {
-        list.push(parameter(
-            "plant.start_m",
-            "m",
-            0.0,
-            "where the carriage rests at the beginning",
-        ));
-        list.push(parameter("plant.seed", "", 1.0, "seed of the sensors' noise").whole());
-    }
+    let mut list = match kind {
+        Kind::Plant => of_plant(),
+        Kind::Controller | Kind::Observer => Vec::new(),
+    };
     list.extend(of_rig(rig));
-    let input = |name, unit, start, what| Variable::new(Causality::Input, name, unit, start, what);
-    let command = |what| input("command_v", "V", null_v, what);
+    list.extend(match kind {
+        Kind::Plant => inputs_of_plant(rig, null_v)?,
+        Kind::Controller => inputs_of_controller(rig)?,
+        Kind::Observer => inputs_of_observer(rig, null_v)?,
+    });
     match kind {
         Kind::Plant => {
-            let supply_pa = supply_pressure_pa(rig)?;
-            list.push(command(
-                "the valve's input; the 12 bits of its converter are taken",
-            ));
-            list.push(input(
-                "push_n",
-                "N",
-                0.0,
-                "a force along +x besides the rig's",
-            ));
-            list.push(
-                input(
-                    "regulator_pressure_pa",
-                    "Pa",
-                    supply_pa,
-                    "supply pressure at the regulator",
-                )
-                .within("supply.pressure_Pa"),
-            );
-            list.push(
-                input(
-                    "moving_mass_kg",
-                    "kg",
-                    value(rig, "carriage.mass_kg")?,
-                    "the moving mass",
-                )
-                .within("carriage.mass_kg"),
-            );
             list.extend(outputs(&SENSORS, null_v));
             list.extend(outputs(&TRUTH, null_v));
         }
         Kind::Controller => {
-            list.extend(sensors(rig)?);
-            list.push(
-                input(
-                    "reference_position_m",
-                    "m",
-                    0.0,
-                    "where the load should be; no number: nothing is asked",
-                )
-                .or_none(),
-            );
-            list.push(input(
-                "reference_velocity_m_per_s",
-                "m/s",
-                0.0,
-                "its velocity",
-            ));
-            list.push(input(
-                "reference_acceleration_m_per_s2",
-                "m/s2",
-                0.0,
-                "its acceleration",
-            ));
-            list.push(input("enable", "", 1.0, "0: nothing is asked of the axis").whole());
-            list.push(
-                input(
-                    "acknowledge",
-                    "",
-                    0.0,
-                    "from 0 to 1: somebody has seen the fault",
-                )
-                .whole(),
-            );
-            list.extend(outputs(
-                &[("command_v", "V", "the valve's input, to act from now on")],
-                null_v,
-            ));
-            let counts = [
-                ("state", "", STATES),
-                ("fault", "", "the fault's number, 0: none"),
-            ];
-            list.extend(outputs(&counts, null_v).map(Variable::whole));
+            list.extend(outputs(&COMMAND, null_v));
+            list.extend(outputs(&CONDITION, null_v).map(Variable::whole));
             list.extend(outputs(&BELIEF, null_v));
         }
         Kind::Observer => {
-            list.extend(sensors(rig)?);
-            list.push(command("the valve's input that acts from now on"));
             list.extend(outputs(&BELIEF, null_v));
             list.extend(outputs(&INSIDE, null_v));
         }
@@ -330,10 +258,91 @@ pub fn variables(kind: Kind, rig: &Rig) -> Result<Vec<Variable>, AxisFault> {
     Ok(list)
 }
 
-const STATES: &str = "0 init, 1 idle, 2 track, 3 fault, 4 open";
+fn of_plant() -> Vec<Variable> {
+    let start = parameter(
+        "plant.start_m",
+        "m",
+        0.0,
+        "where the carriage rests at the beginning",
+    );
+    let seed = parameter("plant.seed", "", 1.0, "seed of the sensors' noise");
+    vec![start, seed.whole()]
+}
+
+fn inputs_of_plant(rig: &Rig, null_v: f64) -> Result<Vec<Variable>, AxisFault> {
+    let (supply_key, mass_key) = ("supply.pressure_Pa", "carriage.mass_kg");
+    let supply_pa = value(rig, supply_key)?;
+    let mass_kg = value(rig, mass_key)?;
+    let supply = input(
+        "regulator_pressure_pa",
+        "Pa",
+        supply_pa,
+        "supply pressure at the regulator",
+    );
+    let mass = input("moving_mass_kg", "kg", mass_kg, "the moving mass");
+    Ok(vec![
+        input(
+            "command_v",
+            "V",
+            null_v,
+            "the valve's input; the 12 bits of its converter are taken",
+        ),
+        input("push_n", "N", 0.0, "a force along +x besides the rig's"),
+        supply.within(supply_key),
+        mass.within(mass_key),
+    ])
+}
+
+fn inputs_of_controller(rig: &Rig) -> Result<Vec<Variable>, AxisFault> {
+    let mut list = sensors(rig)?;
+    let where_to = "where the load should be; no number: nothing is asked";
+    list.extend([
+        input("reference_position_m", "m", 0.0, where_to).or_none(),
+        input("reference_velocity_m_per_s", "m/s", 0.0, "its velocity"),
+        input(
+            "reference_acceleration_m_per_s2",
+            "m/s2",
+            0.0,
+            "its acceleration",
+        ),
+        input("enable", "", 1.0, "0: nothing is asked of the axis").whole(),
+        input(
+            "acknowledge",
+            "",
+            0.0,
+            "from 0 to 1: somebody has seen the fault",
+        )
+        .whole(),
+    ]);
+    Ok(list)
+}
+
+fn inputs_of_observer(rig: &Rig, null_v: f64) -> Result<Vec<Variable>, AxisFault> {
+    let mut list = sensors(rig)?;
+    list.push(input(
+        "command_v",
+        "V",
+        null_v,
+        "the valve's input that acts from now on",
+    ));
+    Ok(list)
+}
+
+/// What the controller commands.
+const COMMAND: [Said; 1] = [("command_v", "V", "the valve's input, to act from now on")];
+
+/// How the controller is.
+const CONDITION: [Said; 2] = [
+    ("state", "", "0 init, 1 idle, 2 track, 3 fault, 4 open"),
+    ("fault", "", "the fault's number, 0: none"),
+];
 
 fn value(rig: &Rig, key: &str) -> Result<f64, AxisFault> {
     rig.value(key).ok_or_else(|| AxisFault::missing(key))
+}
+
+fn input(name: &str, unit: &'static str, start: f64, what: &str) -> Variable {
+    Variable::new(Causality::Input, name, unit, start, what)
 }
 
 fn parameter(name: &str, unit: &'static str, start: f64, what: &str) -> Variable {
@@ -345,10 +354,9 @@ fn sensors(rig: &Rig) -> Result<Vec<Variable>, AxisFault> {
     let supply_pa = supply_pressure_pa(rig)?;
     let middle_pa = 0.5 * (supply_pa + rig.ambient_pressure_pa());
     let starts = [0.0, middle_pa, middle_pa, supply_pa, 0.0];
-    let input = |((name, unit, what), start): (Said, f64)| {
-        Variable::new(Causality::Input, name, unit, start, what).or_none()
-    };
-    Ok(SENSORS.into_iter().zip(starts).map(input).collect())
+    let sensor =
+        |((name, unit, what), start): (Said, f64)| input(name, unit, start, what).or_none();
+    Ok(SENSORS.into_iter().zip(starts).map(sensor).collect())
 }
 
 /// Outputs; a voltage begins at the valve's null.
