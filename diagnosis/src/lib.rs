@@ -17,6 +17,7 @@
 //! | [`verdict`] | all laws' findings as one verdict; its numbers, sentences, notes |
 //! | [`mod@diagnose`] | the stages in their order |
 //! | [`compare`], [`identify`] | the same estimate without a search |
+//! | [`response`] | amplitude and phase over frequency, recorded and predicted |
 //!
 //! It knows rigs, recordings and laws (`grey_box`), and neither files of results nor a simulated
 //! axis: what an experiment would record is asked of a bank
@@ -33,6 +34,7 @@ pub mod identify;
 pub mod imprecise;
 pub mod inspect;
 pub mod locate;
+pub mod response;
 pub mod search;
 pub mod unlisted;
 pub mod valve_flow;

@@ -20,6 +20,7 @@ pub mod plant;
 pub mod rehearsal;
 pub mod report;
 pub mod scenario;
+pub mod scope;
 pub mod settings;
 pub mod side_by_side;
 pub mod simulate;

@@ -11,9 +11,9 @@ use host_sim::cli::{
     convert::ConvertArguments, demo::DemoArguments, diagnose::DiagnoseArguments,
     doctor::DoctorArguments, fit::FitArguments, fleet::FleetArguments, fmu::FmuArguments,
     identify::IdentifyArguments, init::InitArguments, inspect::InspectArguments,
-    paper::PaperArguments, record::RecordArguments, settings::SettingsArguments,
-    shell_help::CompletionsArguments, shell_help::ManArguments, simulate::SimulateArguments,
-    trial::TrialArguments,
+    paper::PaperArguments, record::RecordArguments, response::ResponseArguments,
+    scope::ScopeArguments, settings::SettingsArguments, shell_help::CompletionsArguments,
+    shell_help::ManArguments, simulate::SimulateArguments, trial::TrialArguments,
 };
 
 /// Servo-pneumatic axes: simulate them, check their recordings, say what their
@@ -50,6 +50,8 @@ enum Command {
     #[command(name = READER, hide = true)]
     ReadDataFile,
     Record(RecordArguments),
+    Response(ResponseArguments),
+    Scope(ScopeArguments),
     Settings(SettingsArguments),
     Simulate(SimulateArguments),
     Trial(TrialArguments),
@@ -88,6 +90,8 @@ fn main() -> ExitCode {
         Command::Paper(arguments) => cli::paper::run(arguments, &mut out),
         Command::ReadDataFile => Ok(data_files::serve(io::stdin().lock(), &mut out)?),
         Command::Record(arguments) => cli::record::run(arguments, &mut out),
+        Command::Response(arguments) => cli::response::run(arguments, &mut out),
+        Command::Scope(arguments) => cli::scope::run(arguments, &mut out),
         Command::Settings(arguments) => cli::settings::run(arguments, &mut out),
         Command::Simulate(arguments) => cli::simulate::run(arguments, &mut out),
         Command::Trial(arguments) => cli::trial::run(arguments, &mut out),

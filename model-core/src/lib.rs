@@ -44,3 +44,8 @@ pub mod pneumatics;
 pub mod real;
 pub mod reference;
 pub mod valve;
+
+/// The example of the README runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,6 +1,8 @@
 """The package as a user of Python meets it. The small axis of the tutorial is its world."""
 
 import ast
+import contextlib
+import io
 import json
 import os
 import subprocess
@@ -158,7 +160,41 @@ class Steps(unittest.TestCase):
         self.assertAlmostEqual(plant.truth()["x"], way_m, delta=1e-4)
 
 
+class Notebook(unittest.TestCase):
+    def test_the_tour_runs_from_top_to_bottom(self):
+        notebook = json.loads((ROOT / "python/tour.ipynb").read_text())
+        code = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+        self.assertGreater(len(code), 4)
+        before, world, said = os.getcwd(), {}, io.StringIO()
+        os.chdir(ROOT / "python")
+        try:
+            with contextlib.redirect_stdout(said):
+                for cell in code:
+                    exec(compile(cell, "tour.ipynb", "exec"), world)
+        finally:
+            os.chdir(before)
+        self.assertEqual(world["verdict"].verdict, "named")
+        self.assertLess(abs(world["error_mm"]), 0.1)
+        self.assertIn("finding", said.getvalue())
+
+
 class Package(unittest.TestCase):
+    def test_the_stubs_name_what_is_there(self):
+        stub = ast.parse((ROOT / "python/pneuma/_pneuma.pyi").read_text())
+        said = {}
+        for one in stub.body:
+            if isinstance(one, (ast.ClassDef, ast.FunctionDef)):
+                members = [m.name for m in getattr(one, "body", []) if isinstance(m, ast.FunctionDef)]
+                fields = [m.target.id for m in getattr(one, "body", []) if isinstance(m, ast.AnnAssign)]
+                said[one.name] = {name for name in members + fields if not name.startswith("__")}
+        module = pneuma._pneuma
+        public = lambda thing: {name for name in dir(thing) if not name.startswith("_")}
+        self.assertEqual(set(said), public(module))
+        for name, members in said.items():
+            # What exceptions inherit, and attributes that each one gets, stand in no class.
+            if name != "PneumaError" and isinstance(getattr(module, name), type):
+                self.assertEqual(members, public(getattr(module, name)), name)
+
     def test_everything_public_says_what_it_is(self):
         for name in pneuma.__all__:
             self.assertTrue(getattr(pneuma, name).__doc__, name)

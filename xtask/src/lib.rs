@@ -6,7 +6,8 @@
 //! - `chip`: building `core` for the microcontroller, with or without rustup
 //! - `checks`: the steps of CI and their summary
 //! - `testing`: the tests, and which of their programs took longest
-//! - `lint` and `features`: rules of this repository that no compiler knows
+//! - `lint`, `features` and `licences`: rules of this repository that no compiler knows
+//! - `dist`: archives of the program
 //! - `bench` and `estimates`: benchmarks and their generated table
 //! - `control`: the controller's scores and their generated tables
 //! - `evidence`, `practice` and `trial`: the diagnoses of real recordings, of the practice axes and
@@ -28,6 +29,7 @@ mod chip;
 mod circles;
 mod control;
 mod demo;
+mod dist;
 pub mod emulate;
 mod estimates;
 mod evidence;
@@ -36,6 +38,7 @@ mod features;
 mod generated;
 pub mod image;
 mod lengths;
+mod licences;
 mod lint;
 pub mod packages;
 pub mod plant;
@@ -75,6 +78,7 @@ cargo xtask <task>
                           the firmware in QEMU, waiting for a plant that connects
   emulate [--ticks N] [--plant PORT] [...]
                           the STM32F405's image on modelled registers; tests/emulator
+  dist [TARGET...]        archives of the program for other machines, with checksums, in out/dist
   size [--bless]          instructions, flash, memory, stack; compared with the snapshot,
                           or made the snapshot
        [--where]          whose the control task's instructions are, and the tasks' stacks
@@ -105,6 +109,7 @@ pub fn run(arguments: &[String]) -> Outcome {
         ("bench", options) => bench::run(options),
         ("faults", options) => faults::run(options),
         ("trial", options) => trial::run(options),
+        ("dist", targets) => dist::run(targets),
         ("image", choices) => artefact::run(choices),
         ("qemu", options) => qemu::run(options),
         ("emulate", options) => emulate::run(options),

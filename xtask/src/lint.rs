@@ -9,11 +9,13 @@
 //! - No files and no rooms stand on each other in a circle ([`crate::circles`]).
 //! - No function is longer than a page ([`crate::lengths`]), but for start-up sequences and tables of
 //!   the firmware.
+//! - Every package that is built in may be given on ([`licences`]).
 //! - Nothing is built twice for want of a feature ([`features`]).
 
 use crate::circles::{circles, circles_of_rooms};
 use crate::features;
 use crate::lengths::{MOST_LINES, long_functions};
+use crate::licences;
 use crate::shell::{self, Outcome};
 use std::collections::BTreeMap;
 use std::fs;
@@ -54,6 +56,7 @@ pub fn run() -> Outcome {
     }
     findings.extend(circle_lines(&root, &sources)?);
     findings.extend(features::findings()?);
+    findings.extend(licences::findings()?);
     if findings.is_empty() {
         println!("lint: {} files, nothing found", sources.len());
         return Ok(());

@@ -1,4 +1,4 @@
-//! The task `test`: the workspace's tests, and which of their programs took longest.
+//! The task `test`: the workspace's tests, and which of them took longest.
 //!
 //! Tests that take long are marked `#[ignore = "long: ..."]`. Continuous integration runs a
 //! short one of each kind; `cargo xtask test --all` runs them too.
@@ -29,24 +29,49 @@ pub fn run(options: &[String]) -> Outcome {
 
 /// The tests without set-up; the long ones only if all are asked for.
 pub fn run_tests(is_all: bool) -> Outcome {
-    let mut command = cargo(&["test", "--workspace"]);
-    if is_all {
-        command.args(["--", "--include-ignored"]);
-    }
-    match find_recordings() {
-        Some(directory) => {
-            println!("RECORDINGS FOUND: {}", directory.display());
-            command.env(RECORDINGS, directory);
-        }
+    let recordings = find_recordings();
+    match &recordings {
+        Some(directory) => println!("RECORDINGS FOUND: {}", directory.display()),
         None => println!(
             "RECORDINGS NOT FOUND: tests against recordings are SKIPPED (looked for ${RECORDINGS} \
              and ../shared/recordings); where CI is set they fail"
         ),
     }
     let mut durations = Durations::default();
-    let outcome = each_line(&mut command, |line| durations.read(line));
+    let mut outcome = Ok(());
+    for mut command in commands(is_all, has_nextest()) {
+        if let Some(directory) = &recordings {
+            command.env(RECORDINGS, directory);
+        }
+        outcome = each_line(&mut command, |line| durations.read(line));
+        if outcome.is_err() {
+            break;
+        }
+    }
     print!("{}", durations.slowest());
     outcome
+}
+
+/// cargo-nextest runs tests of several programs at a time, where `cargo test` lets a processor wait
+/// for the last test of each: two thirds of its time. It runs no examples of documents.
+fn commands(is_all: bool, has_nextest: bool) -> Vec<Command> {
+    if !has_nextest {
+        let mut tests = cargo(&["test", "--workspace"]);
+        if is_all {
+            tests.args(["--", "--include-ignored"]);
+        }
+        return vec![tests];
+    }
+    let mut tests = cargo(&["nextest", "run", "--workspace", "--cargo-quiet"]);
+    tests.args(["--no-fail-fast", "--failure-output", "final"]);
+    if is_all {
+        tests.args(["--run-ignored", "all"]);
+    }
+    vec![tests, cargo(&["test", "--workspace", "--doc"])]
+}
+
+fn has_nextest() -> bool {
+    shell::succeeds(&mut cargo(&["nextest", "--version"]))
 }
 
 fn find_recordings() -> Option<PathBuf> {
@@ -83,7 +108,7 @@ fn each_line(command: &mut Command, mut take: impl FnMut(&str)) -> Outcome {
     Err(format!("`{typed}` failed ({status})").into())
 }
 
-/// How long each program of tests ran, s.
+/// How long each program of tests, or each test, ran, s.
 #[derive(Default)]
 struct Durations {
     of: String,
@@ -92,10 +117,18 @@ struct Durations {
 
 impl Durations {
     /// `Running tests/faults.rs (target/debug/deps/faults-46596297be4f44d6)`, `Doc-tests
-    /// host_sim`; then `test result: ok. 9 passed; ...; finished in 12.34s`.
+    /// host_sim`; then `test result: ok. 9 passed; ...; finished in 12.34s`. Of nextest:
+    /// `PASS [  12.340s] (  9/931) host-sim::faults val_a_fault`.
     fn read(&mut self, line: &str) {
         let line = line.trim();
-        if let Some(name) = line.strip_prefix("Running ") {
+        if let Some(rest) = line.strip_prefix("PASS [") {
+            if let Some((time, name)) = rest.split_once("s]") {
+                let name = name.trim_start_matches(|c: char| "() /0123456789".contains(c));
+                let seconds = time.trim().parse().ok();
+                self.all
+                    .extend(seconds.map(|seconds| (name.to_owned(), seconds)));
+            }
+        } else if let Some(name) = line.strip_prefix("Running ") {
             let program = name.rsplit(['/', '(']).next().unwrap_or(name);
             let program = program.trim_end_matches(')');
             self.of = program
@@ -115,7 +148,7 @@ impl Durations {
     /// The slowest of them, as a list for people.
     fn slowest(mut self) -> String {
         self.all.sort_by(|one, other| other.1.total_cmp(&one.1));
-        let mut text = format!("\n{} programs of tests; the slowest:\n", self.all.len());
+        let mut text = format!("\n{} programs or tests; the slowest:\n", self.all.len());
         for (name, seconds) in self.all.iter().take(SHOWN) {
             text += &format!("  {name:24} {seconds:8.1} s\n");
         }
@@ -136,6 +169,7 @@ mod tests {
             "test result: ok. 240 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 6.85s",
             "     Running tests/board_orders.rs (target/debug/deps/board_orders-46596297be4f44d6)",
             "test result: ok. 9 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 71.20s",
+            "        PASS [  33.210s] (  9/931) host-sim::faults val_a_fault",
             "   Doc-tests model_core",
             "test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.10s",
         ] {
@@ -147,7 +181,11 @@ mod tests {
             .skip(2)
             .filter_map(|line| line.split_whitespace().next())
             .collect();
-        assert_eq!(names, ["board_orders", "host_sim", "Doc-tests"], "{text}");
+        assert_eq!(
+            names,
+            ["board_orders", "host-sim::faults", "host_sim", "Doc-tests"],
+            "{text}"
+        );
     }
 
     #[test]

@@ -388,7 +388,7 @@ pub(super) fn uncertainty_is_absolute(key: &str) -> bool {
 /// Gains of the board's controller: the key, its unit and what it is. Ranges and standard values
 /// are those of [`firmware::settings::Gains`].
 #[rustfmt::skip]
-pub(super) const GAINS: &[(&str, &str, &str)] = &[
+pub const GAINS: &[(&str, &str, &str)] = &[
     ("observer_pressure_per_s", "1/s", "how fast the observer follows the chamber pressures; lower where they are noisy"),
     ("observer_motion_per_s", "1/s", "how fast the observer follows position and velocity; lower where they are noisy"),
     ("observer_disturbance_per_s", "1/s", "how fast the observer learns the disturbance force"),

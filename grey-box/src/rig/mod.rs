@@ -35,7 +35,7 @@ use std::collections::BTreeMap;
 
 pub use error::{EffectFault, RigError, UnknownKey};
 pub use facts::{Facts, Limits, facts, limits, positive};
-pub use keys::{COMMAND, PRESSURE, TEMPERATURE, describe, key_bounds, numeric_keys};
+pub use keys::{COMMAND, GAINS, PRESSURE, TEMPERATURE, describe, key_bounds, numeric_keys};
 pub use read::EffectCheck;
 pub use read::{line_at, numeric, read_text, shown};
 pub use valve_table::ValveTable;

@@ -47,6 +47,8 @@ impl<T: Read + Write> Stream for T {}
 pub struct Port {
     name: String,
     wire: Wire<Box<dyn Stream>>,
+    /// Sees whatever comes, whoever waits for it.
+    watcher: Option<Box<dyn FnMut(&Payload)>>,
 }
 
 impl Port {
@@ -65,7 +67,14 @@ impl Port {
         Ok(Self {
             name: name.into(),
             wire: Wire::new(stream),
+            watcher: None,
         })
+    }
+
+    /// From now on `watcher` sees every payload that comes, before who waits for it: ticks go on
+    /// while an answer is waited for.
+    pub fn watch(&mut self, watcher: impl FnMut(&Payload) + 'static) {
+        self.watcher = Some(Box::new(watcher));
     }
 
     /// Frames so far that were damaged on the way.
@@ -82,7 +91,12 @@ impl Port {
     /// The next payload; `None` if there is none until then.
     pub fn receive(&mut self, until: Instant) -> Result<Option<Payload>, PortError> {
         match self.wire.receive_until(until) {
-            Ok(Heard::Payload(payload)) => Ok(Some(payload)),
+            Ok(Heard::Payload(payload)) => {
+                if let Some(watcher) = &mut self.watcher {
+                    watcher(&payload);
+                }
+                Ok(Some(payload))
+            }
             Ok(Heard::Nothing) => Ok(None),
             Ok(Heard::End) => Err(PortError::Closed(self.name.clone())),
             Err(cause) => Err(self.broken(cause)),

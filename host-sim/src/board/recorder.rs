@@ -86,6 +86,35 @@ impl Losses {
         self.on_the_board + self.on_the_wire + self.missed_ticks + self.failed_conversions
     }
 
+    /// Rows between two frames, every `decimation`-th tick, counted by where they were lost.
+    ///
+    /// # Errors
+    /// Where the board was started anew between them.
+    pub fn count(
+        &mut self,
+        last: &Record,
+        record: &Record,
+        decimation: u16,
+    ) -> Result<u64, RecorderError> {
+        let ticks = record.tick.wrapping_sub(last.tick);
+        if ticks == 0 || ticks > u32::MAX / 2 {
+            return Err(RecorderError::Restarted(last.tick));
+        }
+        let stride = u32::from(decimation.max(1));
+        let missing = (ticks / stride).saturating_sub(1);
+        let by_sequence = record.sequence.wrapping_sub(last.sequence).wrapping_sub(1);
+        // A silence of more than a turn of the sequence shows in the ticks only.
+        let turns = missing.saturating_sub(u32::from(by_sequence)) / SEQUENCE_TURN;
+        let lost = u32::from(by_sequence) + turns * SEQUENCE_TURN;
+        let overflows = record.overflows.wrapping_sub(last.overflows);
+        let on_the_board = u32::from(overflows).min(lost);
+        let missed_ticks = missing.saturating_sub(lost);
+        self.on_the_board += u64::from(on_the_board);
+        self.on_the_wire += u64::from(lost - on_the_board);
+        self.missed_ticks += u64::from(missed_ticks);
+        Ok(u64::from(lost + missed_ticks))
+    }
+
     /// Whether anything was lost or damaged.
     pub fn is_any(&self) -> bool {
         self.rows() + self.damaged_frames > 0
@@ -179,7 +208,7 @@ impl<W: Write> Recorder<W> {
     pub fn take(&mut self, record: &Record) -> Result<(), RecorderError> {
         let missing = match &self.last {
             None => 0,
-            Some(last) => self.count_missing(&last.clone(), record)?,
+            Some(last) => self.losses.count(last, record, self.streaming.decimation)?,
         };
         if missing > 0 {
             self.losses.gaps += 1;
@@ -199,27 +228,6 @@ impl<W: Write> Recorder<W> {
         self.rows += 1;
         self.write_row(record)?;
         Ok(())
-    }
-
-    /// Rows between two frames, counted by where they were lost.
-    fn count_missing(&mut self, last: &Record, record: &Record) -> Result<u64, RecorderError> {
-        let ticks = record.tick.wrapping_sub(last.tick);
-        if ticks == 0 || ticks > u32::MAX / 2 {
-            return Err(RecorderError::Restarted(last.tick));
-        }
-        let stride = u32::from(self.streaming.decimation.max(1));
-        let missing = (ticks / stride).saturating_sub(1);
-        let by_sequence = record.sequence.wrapping_sub(last.sequence).wrapping_sub(1);
-        // A silence of more than a turn of the sequence shows in the ticks only.
-        let turns = missing.saturating_sub(u32::from(by_sequence)) / SEQUENCE_TURN;
-        let lost = u32::from(by_sequence) + turns * SEQUENCE_TURN;
-        let overflows = record.overflows.wrapping_sub(last.overflows);
-        let on_the_board = u32::from(overflows).min(lost);
-        let missed_ticks = missing.saturating_sub(lost);
-        self.losses.on_the_board += u64::from(on_the_board);
-        self.losses.on_the_wire += u64::from(lost - on_the_board);
-        self.losses.missed_ticks += u64::from(missed_ticks);
-        Ok(u64::from(lost + missed_ticks))
     }
 
     fn write_row(&mut self, record: &Record) -> io::Result<()> {
@@ -251,6 +259,12 @@ impl<W: Write> Recorder<W> {
             self.out.flush()?;
         }
         Ok(())
+    }
+
+    /// Writes what happened between two rows, as a comment.
+    pub fn remark(&mut self, text: &str) -> io::Result<()> {
+        let line = crate::text::one_line(text);
+        writeln!(self.out, "# {:.3} s: {line}", self.duration_s())
     }
 
     /// Time of a tick since the first row, s.

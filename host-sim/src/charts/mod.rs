@@ -7,6 +7,7 @@
 //! * `residuals.rs`: whether a residual is noise
 //! * `parameters.rs`: parameters from prior to posterior
 //! * `verdict.rs`, `fit.rs`, `compare.rs`, `inspection.rs`, `closed_loop.rs`, `valve_flow.rs`,
+//!   `response.rs`,
 //!   `bench.rs`: the
 //!   pages of the commands
 //!
@@ -23,6 +24,7 @@ mod locate;
 mod parameters;
 mod prediction;
 mod residuals;
+mod response;
 mod valve_flow;
 mod verdict;
 
@@ -31,6 +33,7 @@ pub use closed_loop::closed_loop_page;
 pub use compare::compare_page;
 pub use fit::fit_page;
 pub use inspection::inspection_page;
+pub use response::response_page;
 pub use valve_flow::valve_flow_page;
 pub use verdict::diagnosis_page;
 

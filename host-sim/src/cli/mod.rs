@@ -23,6 +23,8 @@ pub mod inspect;
 mod outputs;
 pub mod paper;
 pub mod record;
+pub mod response;
+pub mod scope;
 pub mod settings;
 pub mod shell_help;
 pub mod simulate;
