@@ -11,7 +11,8 @@
 //! output's power that follows the input by one linear law. The relative deviation of |H|, and the
 //! deviation of its phase in radians, is sqrt((1 - c) / (2 n c)) for a coherence c of n independent
 //! windows (Bendat and Piersol, *Random Data*, 4th edition, section 9.1). Half overlapped Hann
-//! windows count for 1 / 1.056 of their number.
+//! windows count for 1 / 1.056 of their number. Where nothing follows, one coherence of twenty is above
+//! 1 - 0.05^(1/(n-1)) (the same, section 9.2.3): below it no response is seen.
 //!
 //! The model's response is estimated from its prediction in the place of the recorded output, with
 //! the same windows: where both are estimated alike, a difference is one of the physics.
@@ -36,6 +37,8 @@ const LEAST_WINDOWS: usize = 4;
 const USUAL_WINDOWS: f64 = 10.0;
 /// The longest window where nobody says otherwise, s.
 const USUAL_LONGEST_S: f64 = 2.0;
+/// Chance of a point that is seen though nothing follows.
+const FALSE_SIGHT: f64 = 0.05;
 /// Rows of a window at the least.
 const LEAST_ROWS: usize = 16;
 /// Windows of this kind for one independent window: 1 + 2 / 36, as half of a Hann window has the
@@ -59,6 +62,8 @@ pub struct Point {
     pub coherence: f64,
     /// Relative deviation of |H|; of the phase in radians.
     pub relative_deviation: f64,
+    /// Whether the output follows at all: a coherence that chance has in one of twenty points only.
+    pub is_seen: bool,
 }
 
 /// From one signal to another.
@@ -249,14 +254,16 @@ impl Spectra {
         let coherence = (cross.norm_sqr() / (input * output)).min(1.0);
         // Neighbours of a bin share its Hann window: two bins are worth little more than one.
         let independent = self.windows as f64 * (bins.len() as f64 / 2.0).max(1.0);
-        let counted = 2.0 * independent / PER_INDEPENDENT_WINDOW * coherence;
+        let independent = independent / PER_INDEPENDENT_WINDOW;
+        let by_chance = 1.0 - FALSE_SIGHT.powf(1.0 / (independent - 1.0));
         let middle = 0.5 * (bins.start + bins.end - 1) as f64;
         Some(Point {
             frequency_hz: middle * bin_hz,
             magnitude: response.norm(),
             phase_deg: response.arg().to_degrees(),
             coherence,
-            relative_deviation: ((1.0 - coherence) / counted).sqrt(),
+            relative_deviation: ((1.0 - coherence) / (2.0 * independent * coherence)).sqrt(),
+            is_seen: coherence > by_chance,
         })
     }
 }
@@ -284,12 +291,15 @@ fn even(time_s: &[f64], column: &[f64], step_s: f64) -> Vec<f64> {
     values
 }
 
-/// Phases without jumps of a turn.
+/// Phases without jumps of a turn, from one point that is seen to the next.
 fn unwrap(points: &mut [Point]) {
-    for place in 1..points.len() {
-        let before = points[place - 1].phase_deg;
-        let turns = ((points[place].phase_deg - before) / 360.0).round();
-        points[place].phase_deg -= 360.0 * turns;
+    let mut before_deg = None;
+    for point in points.iter_mut().filter(|point| point.is_seen) {
+        let turns = before_deg.map_or(0.0, |before: f64| {
+            ((point.phase_deg - before) / 360.0).round()
+        });
+        point.phase_deg -= 360.0 * turns;
+        before_deg = Some(point.phase_deg);
     }
 }
 
@@ -365,6 +375,26 @@ mod tests {
         // Two deviations hold 95 %; of some forty points four or five may be outside.
         let share = covered as f64 / found.recorded.len() as f64;
         assert!(share > 0.85, "{share}");
+    }
+
+    #[test]
+    fn val_where_nothing_follows_one_point_of_twenty_is_seen() {
+        let mut recording = lagged(0.02, 0.0, 200_000);
+        let mut other = Noise::new(9, 3);
+        let x = (0..recording.len()).map(|_| other.normal()).collect();
+        recording.signals.insert("x".to_owned(), x);
+        let tracks = [Track::new(&recording)];
+        // Windows of many lengths: some hundred points.
+        let lengths = [0.1, 0.15, 0.22, 0.33, 0.5, 0.7, 1.0, 1.4, 2.0];
+        let (mut seen, mut all) = (0, 0);
+        for window_s in lengths {
+            let found = response(&tracks, &[], ("u", "x"), window_s).unwrap();
+            seen += found.recorded.iter().filter(|point| point.is_seen).count();
+            all += found.recorded.len();
+        }
+        let share = seen as f64 / all as f64;
+        // Neighbours of a band and windows of one recording are not independent: a factor.
+        assert!(share > 0.005 && share < 0.12, "{seen} of {all}");
     }
 
     #[test]

@@ -382,3 +382,45 @@ fn val_a_fault_names_its_lines() {
     assert_eq!((fault.first_line, fault.last_line), (300, 600));
     assert!(inspection.to_string().contains("FAULT: lines 300 to 600"));
 }
+
+#[test]
+fn val_a_response_shows_what_the_model_does_not_know() {
+    let axis = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/leaking-axis");
+    let place = tempfile::tempdir().unwrap();
+    let json = place.path().join("response.json");
+    let arguments = host_sim::cli::response::ResponseArguments {
+        rig: axis.join("rig.toml"),
+        from: "u".into(),
+        to: vec!["p_a".into()],
+        window_s: Some(0.5),
+        report: Some(place.path().join("response.html")),
+        json: Some(json.clone()),
+        recordings: vec![axis.join("train-1.csv")],
+    };
+    let mut out = Vec::new();
+    host_sim::cli::response::run(&arguments, &mut out).unwrap();
+    let text = String::from_utf8(out).unwrap();
+    assert!(
+        text.contains("u to p_a") && text.contains("coherence"),
+        "{text}"
+    );
+    let found: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
+    let points = |which: &str| found["responses"][0][which].as_array().unwrap().clone();
+    let (recorded, model) = (points("recorded"), points("model"));
+    assert_eq!(recorded.len(), model.len());
+    // Where most of the pressure follows the command, the model says so too, within a factor.
+    let plain: Vec<f64> = recorded
+        .iter()
+        .zip(&model)
+        .filter(|(point, _)| point["coherence"].as_f64().unwrap() > 0.8)
+        .map(|(one, other)| {
+            other["magnitude"].as_f64().unwrap() / one["magnitude"].as_f64().unwrap()
+        })
+        .collect();
+    assert!(plain.len() > 3, "{text}");
+    assert!(
+        plain.iter().all(|ratio| (0.5..2.0).contains(ratio)),
+        "{plain:?}"
+    );
+}

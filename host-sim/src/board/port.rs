@@ -43,12 +43,15 @@ pub enum PortError {
 trait Stream: Read + Write {}
 impl<T: Read + Write> Stream for T {}
 
+/// Sees payloads as they come.
+type Watcher = Box<dyn FnMut(&Payload)>;
+
 /// Where a board is reached.
 pub struct Port {
     name: String,
     wire: Wire<Box<dyn Stream>>,
     /// Sees whatever comes, whoever waits for it.
-    watcher: Option<Box<dyn FnMut(&Payload)>>,
+    watcher: Option<Watcher>,
 }
 
 impl Port {

@@ -8,6 +8,9 @@ use diagnosis::response::{Point, Response};
 /// From here on a response is one: below, most of the output follows something else.
 const PLAIN_COHERENCE: f64 = 0.5;
 
+/// Whether all points are drawn, and what of them.
+type Drawn<'a> = (bool, &'a dyn Fn(&Point) -> f64);
+
 /// The page of frequency responses.
 pub fn response_page(rig: &Rig, responses: &[Response]) -> Page {
     let mut page = Page::new("Frequency response");
@@ -50,14 +53,19 @@ fn stack(rig: &Rig, response: &Response) -> ChartStack {
         ("recorded", Role::Recorded, &response.recorded),
         ("model", Role::Given, &response.model),
     ];
-    let panel = |title: &str, axis: (&str, &str), value: &dyn Fn(&Point) -> f64| {
+    // A response is drawn where one is seen; the coherence says where.
+    let panel = |title: &str, axis: (&str, &str), (is_all, value): Drawn<'_>| {
         let mut chart = Chart::new(title)
             .x_axis("frequency", "Hz")
             .y_axis(axis.0, axis.1)
             .logarithmic_x();
         for (name, role, points) in models {
-            let x: Vec<f64> = points.iter().map(|point| point.frequency_hz).collect();
-            let y: Vec<f64> = points.iter().map(value).collect();
+            let shown: Vec<&Point> = points
+                .iter()
+                .filter(|point| is_all || point.is_seen)
+                .collect();
+            let x: Vec<f64> = shown.iter().map(|point| point.frequency_hz).collect();
+            let y: Vec<f64> = shown.iter().map(|point| value(point)).collect();
             if !x.is_empty() {
                 chart = chart.series(Series::columns(name, role, &x, &y));
             }
@@ -65,9 +73,13 @@ fn stack(rig: &Rig, response: &Response) -> ChartStack {
         chart
     };
     let gain = |point: &Point| point.magnitude * per_si;
-    let amplitude = panel("Amplitude", ("amplitude", &unit), &gain).logarithmic_y();
-    let phase = panel("Phase", ("phase", "deg"), &|point| point.phase_deg);
-    let coherence = panel("Coherence", ("coherence", ""), &|point| point.coherence);
+    let amplitude = panel("Amplitude", ("amplitude", &unit), (false, &gain)).logarithmic_y();
+    let phase = panel("Phase", ("phase", "deg"), (false, &|point| point.phase_deg));
+    let coherence = panel(
+        "Coherence",
+        ("coherence", ""),
+        (true, &|point| point.coherence),
+    );
     ChartStack::new(title(response))
         .panel(amplitude)
         .panel(phase)

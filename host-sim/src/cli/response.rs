@@ -11,6 +11,7 @@ use super::inputs::{bad_input, laws, names, provenance, read_recordings, read_ri
 use super::inputs::{say_remarks, spinner};
 use super::outputs::{check_outputs, write_json, write_page};
 use crate::laws::Track;
+use crate::rig::Rig;
 use crate::signals::Reading;
 use crate::text::{Columns, plain};
 use diagnosis::compare::{LawComparison, compare_law};
@@ -90,21 +91,13 @@ pub fn run(arguments: &ResponseArguments, out: &mut dyn Write) -> Result<(), Com
         .iter()
         .map(|to| response(&tracks, &compared, (&arguments.from, to), window_s))
         .collect();
-    let responses = responses.map_err(bad_input)?;
+    let mut responses = responses.map_err(bad_input)?;
+    if arguments.to.is_empty() {
+        // Signals that a law knows and leaves out.
+        responses.retain(|one| !one.model.is_empty());
+    }
     for one in &responses {
-        let input = Reading::of_signal(&rig, &one.input);
-        let output = Reading::of_signal(&rig, &one.output);
-        let per_si = output.difference(1.0) / input.difference(1.0);
-        let unit = format!("{}/{}", output.unit, input.unit);
-        writeln!(
-            out,
-            "{} to {}, {unit}, {} windows of {} s",
-            one.input,
-            one.output,
-            one.windows,
-            plain(one.window_s, DIGITS)
-        )?;
-        writeln!(out, "{}", table(one, per_si))?;
+        write_response(&rig, one, out)?;
     }
     out.flush()?;
     if let Some(path) = &arguments.json {
@@ -123,6 +116,22 @@ pub fn run(arguments: &ResponseArguments, out: &mut dyn Write) -> Result<(), Com
         page.provenance(with_remarks(provenance(files), &remarks));
         write_page(path, &page)?;
     }
+    Ok(())
+}
+
+/// One response as a table, in the units of the rig file.
+fn write_response(rig: &Rig, response: &Response, out: &mut dyn Write) -> Result<(), CommandError> {
+    let input = Reading::of_signal(rig, &response.input);
+    let output = Reading::of_signal(rig, &response.output);
+    let per_si = output.difference(1.0) / input.difference(1.0);
+    let unit = format!("{}/{}", output.unit, input.unit);
+    let (from, to, windows) = (&response.input, &response.output, response.windows);
+    let window_s = plain(response.window_s, DIGITS);
+    writeln!(
+        out,
+        "{from} to {to}, {unit}, {windows} windows of {window_s} s"
+    )?;
+    writeln!(out, "{}", table(response, per_si))?;
     Ok(())
 }
 
@@ -150,27 +159,35 @@ fn table(response: &Response, per_si: f64) -> String {
         "model/recorded",
     ];
     let mut columns = Columns::new(2, &headings);
-    let number = |value: f64| plain(value, DIGITS);
-    for (place, point) in response.recorded.iter().enumerate().step_by(BANDS_PER_LINE) {
-        let Point {
-            magnitude,
-            phase_deg,
-            ..
-        } = *point;
-        let model = response.model.get(place);
-        let said = |value: Option<f64>, digits: usize| {
-            value.map_or_else(|| "-".to_owned(), |value| plain(value, digits))
+    let places = 0..response.recorded.len();
+    for place in places.step_by(BANDS_PER_LINE) {
+        let point = response.recorded[place];
+        let seen = |point: &Point| point.is_seen;
+        let recorded = Some(point).filter(seen);
+        let model = response.model.get(place).copied().filter(seen);
+        let magnitude = |point: Option<Point>| said(point.map(|one| one.magnitude * per_si));
+        let phase = |point: Option<Point>| {
+            let whole = point.map(|one| format!("{:.0}", one.phase_deg));
+            whole.unwrap_or_else(|| "-".to_owned())
         };
+        let deviation = recorded.map(|one| one.magnitude * per_si * one.relative_deviation);
+        let ratio = recorded
+            .zip(model)
+            .map(|(one, other)| other.magnitude / one.magnitude);
         columns.row([
-            number(point.frequency_hz),
-            number(magnitude * per_si),
-            number(magnitude * per_si * point.relative_deviation),
-            format!("{phase_deg:.0}"),
+            plain(point.frequency_hz, DIGITS),
+            magnitude(recorded),
+            said(deviation),
+            phase(recorded),
             format!("{:.2}", point.coherence),
-            said(model.map(|model| model.magnitude * per_si), DIGITS),
-            model.map_or_else(|| "-".to_owned(), |model| format!("{:.0}", model.phase_deg)),
-            said(model.map(|model| model.magnitude / magnitude), DIGITS),
+            magnitude(model),
+            phase(model),
+            said(ratio),
         ]);
     }
     columns.to_string()
+}
+
+fn said(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| plain(value, DIGITS))
 }

@@ -85,7 +85,7 @@ impl Feed {
 
     /// How the board streams, since it last began.
     pub fn streaming(&self) -> Option<Streaming> {
-        self.lock().streaming.clone()
+        self.lock().streaming
     }
 
     /// Takes a tick.
