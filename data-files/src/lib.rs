@@ -9,6 +9,7 @@
 //! Responsibilities: what a format's file holds, and which of its tables. Not: what a column means.
 //!
 //! * `workbook`, `matlab`, `hdf5`, `columnar` (Parquet, Arrow), `mdf`, `tdms`, `mcap_file`: a format each.
+//! * `protobuf`, `cdr`: messages of MCAP that are not JSON, as values (`values`).
 //! * `groups`: tables with names, units and clocks; `asked`: which columns; `choose`: of which table;
 //!   `merge`: of several rates.
 //! * `apart`: reading in a process of its own; `quiet`: panics as errors.
@@ -18,6 +19,7 @@
 
 mod apart;
 mod asked;
+mod cdr;
 mod choose;
 mod columnar;
 mod groups;
@@ -26,9 +28,11 @@ mod matlab;
 mod mcap_file;
 mod mdf;
 mod merge;
+mod protobuf;
 mod quiet;
 mod tdms;
 mod text;
+mod values;
 mod workbook;
 mod write;
 

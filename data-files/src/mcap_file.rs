@@ -1,15 +1,17 @@
-//! MCAP, as `mcap` reads it: topics of JSON messages.
+//! MCAP, as `mcap` reads it: topics of messages in JSON, protobuf, or CDR with the definitions of ROS 2.
 //!
 //! A topic is a table, a message a row, a value in it a column (`field/inner`), with all its digits;
 //! the log time of the messages is the clock of the rows.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
-use mcap::MessageStream;
+use mcap::{Channel, MessageStream};
 use serde_json::Value;
 
 use crate::groups::{Cells, Clock, Column, Group, below};
 use crate::said;
+use crate::{cdr, protobuf};
 
 /// A topic while it grows.
 #[derive(Default)]
@@ -18,17 +20,60 @@ struct Topic {
     log_time_ns: Vec<i64>,
 }
 
+/// How the messages of a channel become values.
+enum Decoder {
+    Json,
+    Protobuf(protobuf::Decoder),
+    Cdr(cdr::Decoder),
+}
+
+impl Decoder {
+    /// `None` for an encoding, or a schema's, that is not read.
+    fn of(channel: &Channel<'_>) -> Result<Option<Self>, String> {
+        let schema = channel.schema.as_deref();
+        let encoding = schema.map_or("", |schema| schema.encoding.as_str());
+        Ok(
+            match (channel.message_encoding.as_str(), encoding, schema) {
+                ("json", ..) => Some(Self::Json),
+                ("protobuf", "protobuf", Some(schema)) => {
+                    let decoder = protobuf::Decoder::new(&schema.name, &schema.data)?;
+                    Some(Self::Protobuf(decoder))
+                }
+                ("cdr", "ros2msg", Some(schema)) => {
+                    Some(Self::Cdr(cdr::Decoder::new(&schema.name, &schema.data)?))
+                }
+                _ => None,
+            },
+        )
+    }
+
+    fn value(&self, bytes: &[u8]) -> Result<Value, String> {
+        match self {
+            Self::Json => serde_json::from_slice(bytes).map_err(said),
+            Self::Protobuf(decoder) => decoder.value(bytes),
+            Self::Cdr(decoder) => decoder.value(bytes),
+        }
+    }
+}
+
 pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
     let mut topics: BTreeMap<String, Topic> = BTreeMap::new();
     let mut others: BTreeMap<String, String> = BTreeMap::new();
+    let mut decoders: BTreeMap<u16, Option<Decoder>> = BTreeMap::new();
     for message in MessageStream::new(bytes).map_err(said)? {
         let message = message.map_err(said)?;
         let channel = &message.channel;
-        if channel.message_encoding != "json" {
-            others.insert(channel.topic.clone(), channel.message_encoding.clone());
+        let of_topic = |cause: String| format!("topic {}: {cause}", channel.topic);
+        let decoder = match decoders.entry(channel.id) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => new.insert(Decoder::of(channel).map_err(of_topic)?),
+        };
+        let Some(decoder) = decoder else {
+            others.insert(channel.topic.clone(), encodings(channel));
             continue;
-        }
-        let value: Value = serde_json::from_slice(&message.data)
+        };
+        let value = decoder
+            .value(&message.data)
             .map_err(|cause| format!("a message of topic {}: {cause}", channel.topic))?;
         let topic = topics.entry(channel.topic.clone()).or_default();
         let row = topic.log_time_ns.len();
@@ -42,13 +87,28 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Vec<Group>, String> {
             .iter()
             .map(|(topic, encoding)| format!("{topic} ({encoding})"))
             .collect();
-        return Err(format!("no topic holds JSON messages: {}", list.join(", ")));
+        return Err(format!(
+            "no topic holds messages in JSON, protobuf, or CDR of ros2msg: {}",
+            list.join(", ")
+        ));
     }
     // One origin for all topics: they began at different instants of one clock.
     let stamps = topics.values().flat_map(|topic| &topic.log_time_ns);
     let first_ns = stamps.copied().min().unwrap_or(0);
     let tables = topics.into_iter().map(|topic| table(topic, first_ns));
     Ok(tables.collect())
+}
+
+/// How messages, and the schema that describes them, are encoded.
+fn encodings(channel: &Channel<'_>) -> String {
+    let schema = channel
+        .schema
+        .as_deref()
+        .map(|schema| schema.encoding.as_str());
+    match schema.filter(|encoding| !encoding.is_empty()) {
+        Some(schema) => format!("{} of {schema}", channel.message_encoding),
+        None => channel.message_encoding.clone(),
+    }
 }
 
 /// Puts the values of a message into a row.

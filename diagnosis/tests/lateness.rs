@@ -64,6 +64,7 @@ fn val_a_late_position_a_late_gauge_and_a_late_command_are_said_with_their_times
 }
 
 #[test]
+#[ignore = "long: cargo xtask test --all"]
 fn prop_nothing_is_late_on_axes_whose_channels_are_not() {
     for (seed, nature) in [
         (11, Nature::Laboratory),

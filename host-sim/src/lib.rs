@@ -13,6 +13,7 @@ pub mod fleet;
 pub mod fmu;
 pub mod hash;
 pub mod init;
+pub mod knowledge;
 pub mod motion;
 pub mod output;
 pub mod paper;

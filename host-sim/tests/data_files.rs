@@ -178,13 +178,15 @@ fn prop_cut_and_damaged_files_are_read_or_refused_in_one_line() {
         "run-transposed.mf4",
         "run.tdms",
         "run-zstd.mcap",
+        "run-protobuf.mcap",
+        "run-ros2.mcap",
         "run.xlsx",
     ] {
         let whole = fs::read(fixture(name)).expect("a fixture");
         let path = folder.path().join(name);
         fs::write(&path, &whole).expect("room");
         let expected = converted(&path);
-        let named_time = name == "run-transposed.mf4" || name == "run-zstd.mcap";
+        let named_time = name == "run-transposed.mf4" || name.ends_with(".mcap");
         assert!(expected.is_some() || named_time, "{name}");
         for share in (1..16).step_by(2) {
             fs::write(&path, &whole[..whole.len() * share / 16]).expect("room");
@@ -203,4 +205,40 @@ fn prop_cut_and_damaged_files_are_read_or_refused_in_one_line() {
         }
     }
     assert!(refused > 150, "{refused}");
+}
+
+/// The same axis by three encodings of messages: JSON, protobuf and CDR, by the libraries of
+/// Foxglove.
+#[test]
+fn val_messages_of_every_encoding_hold_the_same_numbers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let table = |name: &str, (u, a, b): (&str, &str, &str)| {
+        let rig = folder.path().join("rig.toml");
+        let named = RIG
+            .replace("\"u_V\"", &format!("\"{u}\""))
+            .replace("\"p_a_Pa\"", &format!("\"{a}\""))
+            .replace("\"p_b_Pa\"", &format!("\"{b}\""));
+        fs::write(&rig, named).expect("room");
+        let out = folder.path().join("run.csv");
+        let (rig, out_text, source) = (text_of(&rig), text_of(&out), fixture(name));
+        let convert = ["convert", "--rig", &rig, "--out", &out_text, text(&source)];
+        let output = pneuma(&convert);
+        assert!(output.status.success(), "{name}: {output:?}");
+        let rows = fs::read_to_string(&out).expect("written");
+        // Names and units are those of the file; the numbers are to be the same.
+        rows.lines().skip(2).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let json = table("run-zstd.mcap", ("u_V", "gauges/a", "gauges/b"));
+    assert_eq!(json.len(), 400);
+    let protobuf = table("run-protobuf.mcap", ("u_V", "gauges/a", "gauges/b"));
+    assert_eq!(json, protobuf);
+    let ros2 = table("run-ros2.mcap", ("u_v", "gauges/0", "gauges/1"));
+    assert_eq!(json, ros2);
+    let output = pneuma(&["inspect", text(&fixture("run-ros2.mcap"))]);
+    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(shown.contains("header/stamp/nanosec"), "{shown}");
+}
+
+fn text_of(path: &Path) -> String {
+    text(path).to_owned()
 }

@@ -62,8 +62,20 @@ fn commands(is_all: bool, has_nextest: bool) -> Vec<Command> {
         }
         return vec![tests];
     }
-    let mut tests = cargo(&["nextest", "run", "--workspace", "--cargo-quiet"]);
-    tests.args(["--no-fail-fast", "--failure-output", "final"]);
+    let mut tests = cargo(&[
+        "nextest",
+        "run",
+        "--workspace",
+        "--lib",
+        "--bins",
+        "--tests",
+    ]);
+    tests.args([
+        "--cargo-quiet",
+        "--no-fail-fast",
+        "--failure-output",
+        "final",
+    ]);
     if is_all {
         tests.args(["--run-ignored", "all"]);
     }

@@ -444,6 +444,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long: cargo xtask test --all"]
     fn val_drag_that_grows_with_the_square_of_the_speed_comes_out_as_its_equation() {
         let (rig, recordings) = drawn::off_list(77, Strength::Medium, "quadratic-friction");
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();

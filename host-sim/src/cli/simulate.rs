@@ -9,6 +9,7 @@ use super::CommandError;
 use super::outputs::{check_outputs, write_page, write_with};
 use crate::report::{Provenance, number};
 use crate::scenario::Scenario;
+use crate::simulate::ensemble::{Ensemble, ensemble};
 use crate::simulate::{IntegrationError, Simulation, integration_error, page, recorded, simulate};
 use crate::text::file_name;
 
@@ -23,6 +24,15 @@ pub struct SimulateArguments {
     /// The recording to write, a CSV file that the same rig's signals read.
     #[arg(long)]
     pub out: PathBuf,
+    /// Also run it so often with numbers drawn from the rig's uncertainties.
+    #[arg(long, value_name = "RUNS", requires = "bands", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub ensemble: Option<u32>,
+    /// Write between which values 90 of 100 of those runs lie, as CSV.
+    #[arg(long, value_name = "FILE", requires = "ensemble")]
+    pub bands: Option<PathBuf>,
+    /// What those runs are drawn from.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
     /// Also write a page with plots and key figures.
     #[arg(long)]
     pub report: Option<PathBuf>,
@@ -37,18 +47,52 @@ pub fn run(arguments: &SimulateArguments, out: &mut dyn Write) -> Result<(), Com
         .collect();
     let outputs: Vec<&PathBuf> = std::iter::once(&arguments.out)
         .chain(&arguments.report)
+        .chain(&arguments.bands)
         .collect();
     check_outputs(&inputs, &outputs)?;
     let simulation = simulate(&scenario).map_err(|error| bad_input(&error))?;
     let error = integration_error(&scenario, &simulation).map_err(|error| error.to_string());
     let table = recorded(&scenario, &simulation).map_err(|error| bad_input(&error))?;
     write_with(&arguments.out, |out| table.write(out))?;
+    let runs = arguments
+        .ensemble
+        .map(|runs| ensemble(&scenario, runs as usize, arguments.seed));
+    let runs = runs.transpose().map_err(|error| bad_input(&error))?;
+    if let (Some(path), Some(runs)) = (&arguments.bands, &runs) {
+        write_with(path, |out| runs.write(out))?;
+    }
     if let Some(path) = &arguments.report {
-        let mut page = page(&scenario, &simulation, error.as_ref().ok());
+        let mut page = page(&scenario, (&simulation, runs.as_ref()), error.as_ref().ok());
         page.provenance(provenance(arguments, &scenario));
         write_page(path, &page)?;
     }
     summarise(arguments, &simulation, &error, out)?;
+    if let Some(runs) = &runs {
+        summarise_runs(runs, out)?;
+    }
+    Ok(out.flush()?)
+}
+
+/// The widest band of each signal.
+fn summarise_runs(runs: &Ensemble, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "  of {} runs within the rig's uncertainty 90 of 100 lie within:",
+        runs.runs
+    )?;
+    for band in &runs.bands {
+        let (width, time_s) = runs.widest(band);
+        let (title, unit) = band.title;
+        let width = number::significant(width, 3);
+        writeln!(out, "    {title}: {width} {unit} at most, at {time_s} s")?;
+    }
+    if runs.stopped > 0 {
+        writeln!(
+            out,
+            "  note: {} runs met the end of the stroke early",
+            runs.stopped
+        )?;
+    }
     Ok(())
 }
 

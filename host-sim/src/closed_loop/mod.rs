@@ -10,14 +10,12 @@
 //! | `judge` | what a run came to, part by part |
 //! | `record` | a run as a recording that the rig's signals read |
 //! | `transcript` | what went over a link, and its replay |
-//! | `knowledge` | what an engineer knows of a rig: its parameters, wrong within their uncertainty |
 //! | `score` | the cases with their marks, over many seeds |
 //! | `table` | scores as tables |
 
 mod drive;
 mod figure;
 mod judge;
-mod knowledge;
 mod pid;
 mod record;
 mod run;
@@ -27,9 +25,9 @@ pub mod transcript;
 mod tune;
 mod wire;
 
+pub use crate::knowledge::wrongly_known;
 pub use drive::{Drive, DriveError, HostController, control_task, controller};
 pub use judge::{AFTER_MOVE_S, Judged, judge};
-pub use knowledge::wrongly_known;
 pub use pid::{PidController, PidGains};
 pub use record::recorded;
 pub use run::{Course, Row, Run, run};

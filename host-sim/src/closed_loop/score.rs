@@ -8,8 +8,8 @@
 use super::drive::{Drive, DriveError};
 use super::figure::FigureUnit;
 use super::judge::{AFTER_MOVE_S, command_movement_v, overshoot_m, rms_m, worst_m};
-use super::knowledge::wrongly_known;
 use super::run::{Course, Row, Run, run};
+use crate::knowledge::wrongly_known;
 use crate::model::AxisFault;
 use crate::motion::{Limits, Motion, Placed, Segment};
 use crate::plant::{Change, Event, Plant, PlantSettings};

@@ -9,6 +9,7 @@
 //! * Effects of the rig act: those of the plant in the axis, those of the
 //!   sensors in what is recorded.
 //! * The supply pressure is the rig's, constant.
+//! * How far the rig's uncertainty spreads it is shown by many runs ([`ensemble`]).
 //! * How far the step falsifies it is estimated by a second run at half of it
 //!   ([`integration_error`]).
 //!
@@ -16,6 +17,7 @@
 //! where the carriage leaves its stroke ([`Ending::EndStop`]). The bristles of
 //! the friction begin relaxed, also under an initial velocity.
 
+pub mod ensemble;
 mod page;
 mod sensors;
 

@@ -1,5 +1,6 @@
 //! A simulation as a page: one sentence, key figures, plots, parameters.
 
+use super::ensemble::Ensemble;
 use super::{IntegrationError, Sample, Simulation};
 use crate::model::Values;
 use crate::report::{Cell, Chart, ChartStack, Page, Role, Section, Series, Table, number};
@@ -17,7 +18,7 @@ const PANEL_HEIGHT_PX: u32 = 170;
 /// The page of a simulation; the caller adds how it was made.
 pub fn page(
     scenario: &Scenario,
-    simulation: &Simulation,
+    (simulation, runs): (&Simulation, Option<&Ensemble>),
     error: Option<&IntegrationError>,
 ) -> Page {
     let mut page = Page::new(title(scenario));
@@ -30,8 +31,41 @@ pub fn page(
         section.text("The panels share zoom and cursor.");
         section.chart(plots(scenario, simulation));
     });
+    if let Some(runs) = runs {
+        page.section("Within the rig's uncertainty", |section| {
+            section.text(format!(
+                "{} runs with numbers drawn from their uncertainties; 90 of 100 lie in the band, the line is \
+                 the middle one.",
+                runs.runs
+            ));
+            section.chart(bands(runs));
+        });
+    }
     page.section("Parameters", |section| parameters(section, &scenario.rig));
     page
+}
+
+fn bands(runs: &Ensemble) -> ChartStack {
+    let mut stack = ChartStack::new("Many runs");
+    for band in &runs.bands {
+        let (title, unit) = band.title;
+        let rows = band.rows.iter().zip(&runs.time_s);
+        let range = rows.map(|([low, _, high], time_s)| (*time_s, *low, *high));
+        let middle: Vec<f64> = band.rows.iter().map(|[_, middle, _]| *middle).collect();
+        let chart = Chart::new(title)
+            .x_axis("time", "s")
+            .y_axis(title, unit)
+            .height(PANEL_HEIGHT_PX)
+            .band("90 of 100 runs", Role::Given, range)
+            .series(Series::columns(
+                "middle",
+                Role::Given,
+                &runs.time_s,
+                &middle,
+            ));
+        stack = stack.panel(chart);
+    }
+    stack
 }
 
 /// The file's name without its folders: the page is about the scenario.

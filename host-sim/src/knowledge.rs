@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     fn paper() -> Rig {
-        Rig::parse(include_str!("../../rigs/paper.toml"), "paper.toml").unwrap()
+        Rig::parse(include_str!("../rigs/paper.toml"), "paper.toml").unwrap()
     }
 
     #[test]
