@@ -92,6 +92,7 @@ fn ends(values: &[f64], part: f64) -> (f64, f64) {
 }
 
 #[test]
+#[ignore = "long: cargo xtask test --all"]
 fn val_spikes_in_the_first_and_the_last_rows_are_spikes() {
     for (row, name) in [(0, "first"), (2, "third"), (1, "second")] {
         for is_last in [false, true] {

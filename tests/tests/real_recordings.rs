@@ -215,6 +215,7 @@ fn val_vessel_leaks_through_a_gap_and_not_an_orifice() {
 }
 
 #[test]
+#[ignore = "long: cargo xtask test --all"]
 fn val_whole_axis_with_nothing_missing_is_told_so() {
     let Some(case) = tests::recordings("practice/p01") else {
         return;

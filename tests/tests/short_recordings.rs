@@ -32,6 +32,7 @@ fn of_tenths(axis: &str) -> Vec<Verdict> {
 }
 
 #[test]
+#[ignore = "long: cargo xtask test --all"]
 fn val_what_little_data_leave_open_is_no_physics() {
     for axis in ["practice/p01", "shopfloor/s02"] {
         for verdict in of_tenths(axis) {

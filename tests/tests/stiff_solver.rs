@@ -3,7 +3,7 @@
 //! The equations (1)-(5) and (8)-(10) of Meng and others are written here a
 //! second time, as the paper's continuous differential equations, without a
 //! function of `model-core` (only its parameter values), and integrated by
-//! `differential-equations` with tight tolerances. Two independent methods of it must agree
+//! diffsol with tight tolerances. Two independent methods of diffsol must agree
 //! far below the errors that are measured with them.
 //!
 //! The model holds its inputs over each step. A command or force that varies
@@ -12,8 +12,7 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
-use differential_equations::methods::{BackwardDifferentiationFormula, ImplicitRungeKutta};
-use differential_equations::prelude::{IVP, Matrix, ODE};
+use diffsol::{MatrixCommon, NalgebraLU, NalgebraMat, OdeBuilder, OdeSolverMethod};
 use model_core::axis::{Axis, AxisInputs, AxisState, PneumaticState, ValveDrive};
 use model_core::carriage::CarriageState;
 use model_core::paper;
@@ -37,8 +36,6 @@ const TEMPERATURE_TOLERANCE_K: f64 = 1e-6;
 const POSITION_TOLERANCE_M: f64 = 1e-10;
 const VELOCITY_TOLERANCE_M_PER_S: f64 = 1e-8;
 const DEFLECTION_TOLERANCE_M: f64 = 1e-13;
-/// More than any of the problems takes.
-const MOST_STEPS: usize = 10_000_000;
 
 // ---- the paper's equations, once more ----
 
@@ -151,52 +148,62 @@ struct Problem<F, const N: usize> {
     tolerances: [f64; N],
 }
 
-impl<F: Fn(f64, &[f64]) -> [f64; N], const N: usize> ODE<f64, [f64; N]> for Problem<F, N> {
-    fn diff(&self, time: f64, state: &[f64; N], out: &mut [f64; N]) {
-        *out = (self.rates)(time, state);
-    }
-
-    /// By central differences, each state moved by a millionth of its size: the solver's Newton
-    /// iteration needs no more.
-    fn jacobian(&self, time: f64, state: &[f64; N], out: &mut Matrix<f64>) {
-        for (column, size) in self.sizes.iter().enumerate() {
-            let step = 1e-6 * size;
-            let shifted = |by: f64| {
-                let mut at = *state;
-                at[column] += by;
-                (self.rates)(time, &at)
+impl<F: Fn(f64, &[f64]) -> [f64; N] + Copy, const N: usize> Problem<F, N> {
+    /// Derivative of the rates along a direction, by a central difference: the
+    /// solver's Newton iteration needs no more.
+    fn directional(&self) -> impl Fn(&[f64], &[f64], f64, &[f64], &mut [f64]) + use<F, N> {
+        let (rates, sizes) = (self.rates, self.sizes);
+        move |state, _, time, direction, out| {
+            let largest = direction
+                .iter()
+                .zip(sizes)
+                .fold(0.0_f64, |most, (d, size)| most.max(d.abs() / size));
+            if largest <= 0.0 {
+                out.fill(0.0);
+                return;
+            }
+            let step = 1e-6 / largest;
+            let shifted = |sign: f64| -> [f64; N] {
+                let at: [f64; N] = std::array::from_fn(|i| state[i] + sign * step * direction[i]);
+                rates(time, &at)
             };
-            let (up, down) = (shifted(step), shifted(-step));
-            for row in 0..N {
-                out[(row, column)] = (up[row] - down[row]) / (2.0 * step);
+            let (up, down) = (shifted(1.0), shifted(-1.0));
+            for (slot, (up, down)) in out.iter_mut().zip(up.iter().zip(down)) {
+                *slot = (up - down) / (2.0 * step);
             }
         }
     }
-}
 
-impl<F: Fn(f64, &[f64]) -> [f64; N], const N: usize> Problem<F, N> {
-    /// States at these times, by BDF or by Radau IIA of fifth order.
+    /// States at these times, by BDF or by the third-order SDIRK.
     fn solve(&self, times_s: &[f64], by_bdf: bool) -> Vec<[f64; N]> {
-        let end_s = times_s.last().copied().unwrap();
-        let problem = IVP::ode(self, 0.0, end_s, self.start).t_eval(times_s);
-        let solution = if by_bdf {
-            let method = BackwardDifferentiationFormula::adaptive()
-                .rtol(RELATIVE_TOLERANCE)
-                .atol(self.tolerances)
-                .h0(1e-6)
-                .max_steps(MOST_STEPS);
-            problem.method(method).solve()
+        let (rates, start) = (self.rates, self.start);
+        let problem = OdeBuilder::<NalgebraMat<f64>>::new()
+            .rtol(RELATIVE_TOLERANCE)
+            .atol(self.tolerances)
+            .h0(1e-6)
+            .rhs_implicit(
+                move |state, _, time, out| out.copy_from_slice(&rates(time, state)),
+                self.directional(),
+            )
+            .init(move |_, _, state| state.copy_from_slice(&start), N)
+            .build()
+            .unwrap();
+        let (solution, _) = if by_bdf {
+            problem
+                .bdf::<NalgebraLU<f64>>()
+                .unwrap()
+                .solve_dense(times_s)
         } else {
-            let method = ImplicitRungeKutta::radau5()
-                .rtol(RELATIVE_TOLERANCE)
-                .atol(self.tolerances)
-                .h0(1e-6)
-                .max_steps(MOST_STEPS);
-            problem.method(method).solve()
-        };
-        let states: Vec<[f64; N]> = solution.unwrap().y;
-        assert_eq!(states.len(), times_s.len());
-        states
+            problem
+                .esdirk34::<NalgebraLU<f64>>()
+                .unwrap()
+                .solve_dense(times_s)
+        }
+        .unwrap();
+        let matrix = solution.inner();
+        (0..times_s.len())
+            .map(|column| std::array::from_fn(|row| matrix[(row, column)]))
+            .collect()
     }
 }
 

@@ -228,6 +228,7 @@ fn prop_every_effect_changes_a_recording() {
 /// A shop floor moves every recording by more than its noise, and takes nothing from the
 /// laboratory.
 #[test]
+#[ignore = "long: cargo xtask test --all"]
 fn prop_a_shop_floor_lies_near_the_rig_file_and_not_on_it() {
     let request = Request::new(7, Kind::Nothing).with_noise(0.1);
     let laboratory = request.clone().with_nature(Nature::Laboratory).draw();

@@ -12,6 +12,9 @@ use std::process::Command;
 /// How many of the slowest programs are shown.
 const SHOWN: usize = 8;
 
+/// The model against an independent solver, which takes long to compile.
+const STIFF_SOLVER: &str = "tests/stiff-solver";
+
 /// The task. Works on what is there: only the tools of `ci` can be missing.
 pub fn run(options: &[String]) -> Outcome {
     let is_all = match options {
@@ -58,7 +61,7 @@ fn commands(is_all: bool, has_nextest: bool) -> Vec<Command> {
     if !has_nextest {
         let mut tests = cargo(&["test", "--workspace"]);
         if is_all {
-            tests.args(["--", "--include-ignored"]);
+            tests.args(["--features", STIFF_SOLVER, "--", "--include-ignored"]);
         }
         return vec![tests];
     }
@@ -77,7 +80,7 @@ fn commands(is_all: bool, has_nextest: bool) -> Vec<Command> {
         "final",
     ]);
     if is_all {
-        tests.args(["--run-ignored", "all"]);
+        tests.args(["--features", STIFF_SOLVER, "--run-ignored", "all"]);
     }
     vec![tests, cargo(&["test", "--workspace", "--doc"])]
 }
