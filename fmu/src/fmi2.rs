@@ -6,8 +6,8 @@
     reason = "the names are the standard's, and so is what a tool has to see to"
 )]
 
-use crate::instance::{ERROR, Instance, OK, Say, boxed, folder_of_address, get, set, tell};
-use crate::pointers::{array, array_mut, bring_back, free, keep, let_go, on, put, text};
+use crate::instance::{ERROR, Instance, OK, Say, boxed, folder_of_address, tell};
+use crate::pointers::{bring_back, free, keep, let_go, on, put, read, text, write};
 use host_sim::fmu::Component;
 use std::ffi::{CString, c_char, c_double, c_int, c_uint, c_void};
 use std::ptr;
@@ -145,12 +145,10 @@ pub unsafe extern "C" fn fmi2GetReal(
     count: usize,
     values: *mut c_double,
 ) -> c_int {
-    // SAFETY: the tool's arrays of `count`.
-    let (references, values) = unsafe { (array(references, count), array_mut(values, count)) };
-    // SAFETY: the tool's instance.
+    // SAFETY: the tool's instance, and its arrays.
     unsafe {
-        on(instance, |unit| {
-            get(unit, references, values, |value| value)
+        read(instance, (references, count), (values, count), |value| {
+            value
         })
     }
 }
@@ -162,12 +160,10 @@ pub unsafe extern "C" fn fmi2GetInteger(
     count: usize,
     values: *mut c_int,
 ) -> c_int {
-    // SAFETY: the tool's arrays of `count`.
-    let (references, values) = unsafe { (array(references, count), array_mut(values, count)) };
-    // SAFETY: the tool's instance.
+    // SAFETY: the tool's instance, and its arrays.
     unsafe {
-        on(instance, |unit| {
-            get(unit, references, values, |value| value as c_int)
+        read(instance, (references, count), (values, count), |value| {
+            value as c_int
         })
     }
 }
@@ -179,10 +175,8 @@ pub unsafe extern "C" fn fmi2SetReal(
     count: usize,
     values: *const c_double,
 ) -> c_int {
-    // SAFETY: the tool's arrays of `count`.
-    let (references, values) = unsafe { (array(references, count), array(values, count)) };
-    // SAFETY: the tool's instance.
-    unsafe { on(instance, |unit| set(unit, references, values)) }
+    // SAFETY: the tool's instance, and its arrays.
+    unsafe { write(instance, (references, count), (values, count)) }
 }
 
 #[unsafe(no_mangle)]
@@ -192,10 +186,8 @@ pub unsafe extern "C" fn fmi2SetInteger(
     count: usize,
     values: *const c_int,
 ) -> c_int {
-    // SAFETY: the tool's arrays of `count`.
-    let (references, values) = unsafe { (array(references, count), array(values, count)) };
-    // SAFETY: the tool's instance.
-    unsafe { on(instance, |unit| set(unit, references, values)) }
+    // SAFETY: the tool's instance, and its arrays.
+    unsafe { write(instance, (references, count), (values, count)) }
 }
 
 #[unsafe(no_mangle)]

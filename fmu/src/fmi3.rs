@@ -8,8 +8,8 @@
 )]
 
 use crate::fmi2::not_offered;
-use crate::instance::{ERROR, Instance, OK, Say, boxed, get, set};
-use crate::pointers::{array, array_mut, bring_back, free, keep, let_go, on, put, text};
+use crate::instance::{ERROR, Instance, OK, Say, boxed};
+use crate::pointers::{bring_back, free, keep, let_go, on, put, read, text, write};
 use host_sim::fmu::Component;
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::path::PathBuf;
@@ -115,14 +115,14 @@ pub unsafe extern "C" fn fmi3GetFloat64(
     values: *mut f64,
     value_count: usize,
 ) -> c_int {
-    // SAFETY: the tool's arrays.
-    let (references, values) =
-        unsafe { (array(references, count), array_mut(values, value_count)) };
-    // SAFETY: the tool's instance.
+    // SAFETY: the tool's instance, and its arrays.
     unsafe {
-        on(instance, |unit| {
-            get(unit, references, values, |value| value)
-        })
+        read(
+            instance,
+            (references, count),
+            (values, value_count),
+            |value| value,
+        )
     }
 }
 
@@ -134,14 +134,14 @@ pub unsafe extern "C" fn fmi3GetInt32(
     values: *mut i32,
     value_count: usize,
 ) -> c_int {
-    // SAFETY: the tool's arrays.
-    let (references, values) =
-        unsafe { (array(references, count), array_mut(values, value_count)) };
-    // SAFETY: the tool's instance.
+    // SAFETY: the tool's instance, and its arrays.
     unsafe {
-        on(instance, |unit| {
-            get(unit, references, values, |value| value as i32)
-        })
+        read(
+            instance,
+            (references, count),
+            (values, value_count),
+            |value| value as i32,
+        )
     }
 }
 
@@ -153,10 +153,8 @@ pub unsafe extern "C" fn fmi3SetFloat64(
     values: *const f64,
     value_count: usize,
 ) -> c_int {
-    // SAFETY: the tool's arrays.
-    let (references, values) = unsafe { (array(references, count), array(values, value_count)) };
-    // SAFETY: the tool's instance.
-    unsafe { on(instance, |unit| set(unit, references, values)) }
+    // SAFETY: the tool's instance, and its arrays.
+    unsafe { write(instance, (references, count), (values, value_count)) }
 }
 
 #[unsafe(no_mangle)]
@@ -167,10 +165,8 @@ pub unsafe extern "C" fn fmi3SetInt32(
     values: *const i32,
     value_count: usize,
 ) -> c_int {
-    // SAFETY: the tool's arrays.
-    let (references, values) = unsafe { (array(references, count), array(values, value_count)) };
-    // SAFETY: the tool's instance.
-    unsafe { on(instance, |unit| set(unit, references, values)) }
+    // SAFETY: the tool's instance, and its arrays.
+    unsafe { write(instance, (references, count), (values, value_count)) }
 }
 
 #[unsafe(no_mangle)]

@@ -1,6 +1,6 @@
 //! What a tool's pointers point to.
 
-use crate::instance::{ERROR, Instance, OK};
+use crate::instance::{ERROR, Instance, OK, get, set};
 use host_sim::fmu::{Component, Refusal};
 use std::ffi::{CStr, c_char, c_int};
 
@@ -20,7 +20,7 @@ pub unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a str> {
 ///
 /// # Safety
 /// The pointer is null, or `count` values that live as long as the answer is used.
-pub unsafe fn array<'a, T>(pointer: *const T, count: usize) -> &'a [T] {
+unsafe fn array<'a, T>(pointer: *const T, count: usize) -> &'a [T] {
     if pointer.is_null() || count == 0 {
         return &[];
     }
@@ -32,7 +32,7 @@ pub unsafe fn array<'a, T>(pointer: *const T, count: usize) -> &'a [T] {
 ///
 /// # Safety
 /// The pointer is null, or `count` values that nobody else touches while the answer is used.
-pub unsafe fn array_mut<'a, T>(pointer: *mut T, count: usize) -> &'a mut [T] {
+unsafe fn array_mut<'a, T>(pointer: *mut T, count: usize) -> &'a mut [T] {
     if pointer.is_null() || count == 0 {
         return &mut [];
     }
@@ -61,6 +61,38 @@ pub unsafe fn on(
 ) -> c_int {
     // SAFETY: the caller's.
     unsafe { instance.as_mut() }.map_or(ERROR, |instance| instance.answered(work))
+}
+
+/// Reads values of a unit's variables.
+///
+/// # Safety
+/// A unit as in [`on`]; arrays as in [`array`] and [`array_mut`], of these lengths.
+pub unsafe fn read<T>(
+    instance: *mut Instance,
+    (references, count): (*const u32, usize),
+    (values, value_count): (*mut T, usize),
+    as_type: fn(f64) -> T,
+) -> c_int {
+    // SAFETY: the caller's.
+    let (references, values) =
+        unsafe { (array(references, count), array_mut(values, value_count)) };
+    // SAFETY: the caller's.
+    unsafe { on(instance, |unit| get(unit, references, values, as_type)) }
+}
+
+/// Sets values of a unit's variables.
+///
+/// # Safety
+/// A unit as in [`on`]; arrays as in [`array`], of these lengths.
+pub unsafe fn write<T: Copy + Into<f64>>(
+    instance: *mut Instance,
+    (references, count): (*const u32, usize),
+    (values, value_count): (*const T, usize),
+) -> c_int {
+    // SAFETY: the caller's.
+    let (references, values) = unsafe { (array(references, count), array(values, value_count)) };
+    // SAFETY: the caller's.
+    unsafe { on(instance, |unit| set(unit, references, values)) }
 }
 
 /// Ends a unit.
