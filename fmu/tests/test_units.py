@@ -139,6 +139,18 @@ class Units(unittest.TestCase):
         # Two metres of tube hold the load back.
         self.assertGreater(places[0] - places[1], 1e-3)
 
+    def test_val_a_parameter_holds_after_the_first_tick(self):
+        for name, key, value in [
+            ("moving_mass_kg", "carriage.mass_kg", 5.0),
+            ("regulator_pressure_pa", "supply.pressure_Pa", 5e5),
+        ]:
+            plant = Unit("plant-3.fmu", **{key.replace(".", "__"): value})
+            self.assertEqual(plant.get(name), value)
+            plant.step(0.0)
+            if name == "regulator_pressure_pa":
+                self.assertLess(plant.get("true_supply_pressure_pa"), 5.001e5)
+            plant.close()
+
     def test_val_a_force_and_the_supply_are_inputs(self):
         plant = Unit("plant-3.fmu")
         plant.set("push_n", 200.0)

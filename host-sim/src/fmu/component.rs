@@ -172,9 +172,24 @@ impl Component {
             return Err(Refusal::OutOfTurn("the initialisation has not begun"));
         }
         let rig = self.rig_as_set()?;
+        self.follow(&rig)?;
         let part = Part::new(self.kind, &rig, &mut self.table).map_err(Refusal::of_axis)?;
         self.part = Some(part);
         self.is_initialising = false;
+        Ok(())
+    }
+
+    /// An input that nobody set begins as the rig with its parameters has it: else it would take a
+    /// parameter back at the first tick.
+    fn follow(&mut self, rig: &Rig) -> Result<(), Refusal> {
+        let begun = variables(self.kind, rig).map_err(Refusal::of_axis)?;
+        let known = self.table.variables.iter().zip(&mut self.table.values);
+        for ((variable, value), begun) in known.zip(begun) {
+            let is_unset = variable.start.to_bits() == value.to_bits();
+            if variable.causality == Causality::Input && is_unset {
+                *value = begun.start;
+            }
+        }
         Ok(())
     }
 
