@@ -225,6 +225,13 @@ pub struct Streaming {
     pub tick_period_ns: u32,
 }
 
+impl Streaming {
+    /// Time from tick to tick, s.
+    pub fn tick_s(&self) -> f64 {
+        f64::from(self.tick_period_ns) / 1e9
+    }
+}
+
 /// The board's answer to a wish.
 pub fn streaming(what: Streaming) -> Payload {
     let mut payload = Payload::new();

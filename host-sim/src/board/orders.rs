@@ -30,7 +30,6 @@ const ARRIVED_S: f64 = 0.3;
 const STANDING_M_PER_S: f64 = 5e-3;
 /// Ticks from one observed to the next, at 1 kHz: 50 a second.
 const DECIMATION: u16 = 20;
-const NANOSECONDS_PER_SECOND: f64 = 1e9;
 
 /// Why a board does not do as it is told; one line.
 #[derive(Debug, thiserror::Error)]
@@ -219,6 +218,21 @@ pub struct Arrival {
     pub position_m: f64,
 }
 
+/// The ends of the position converter, m.
+pub fn reach_m() -> [f64; 2] {
+    [POSITION_M.lowest, POSITION_M.highest].map(f64::from)
+}
+
+/// Refuses a place that the board cannot measure.
+pub fn within_reach(to_m: f64) -> Result<(), OrderError> {
+    let [lowest_m, highest_m] = reach_m();
+    if (lowest_m..=highest_m).contains(&to_m) {
+        return Ok(());
+    }
+    let [to, lowest, highest] = [to_m, lowest_m, highest_m].map(|place_m| 1e3 * place_m);
+    Err(OrderError::OutOfReach(to, lowest, highest))
+}
+
 /// Sends the load to a place and watches it. `watch` sees the progress and says
 /// whether to go on.
 pub fn go(
@@ -226,11 +240,7 @@ pub fn go(
     wish: &Move,
     mut watch: impl FnMut(&Progress) -> bool,
 ) -> Result<Arrival, OrderError> {
-    let [lowest_m, highest_m] = [POSITION_M.lowest, POSITION_M.highest].map(f64::from);
-    if !(lowest_m..=highest_m).contains(&wish.to_m) {
-        let [to, lowest, highest] = [wish.to_m, lowest_m, highest_m].map(|place_m| 1e3 * place_m);
-        return Err(OrderError::OutOfReach(to, lowest, highest));
-    }
+    within_reach(wish.to_m)?;
     ready(port)?;
     let streaming = begin_stream(port, DECIMATION)?;
     let outcome = watched(port, wish, &streaming, &mut watch);
@@ -252,7 +262,7 @@ fn watched(
     let from_m = measured_m(&first);
     let taken = have_taken(port, wish)?;
     let mut arrival = Nearness::default();
-    let tick_s = f64::from(streaming.tick_period_ns) / NANOSECONDS_PER_SECOND;
+    let tick_s = streaming.tick_s();
     loop {
         let record = next_tick(port)?;
         if record.state == State::Fault as u8 {

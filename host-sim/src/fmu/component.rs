@@ -68,7 +68,8 @@ struct Table {
 impl Table {
     /// The value of a name; where an input and an output share one, `causality` decides.
     fn place(&self, name: &str, is_output: bool) -> Option<usize> {
-        self.variables.iter().position(|variable| {
+        // From the end: inputs and outputs, which every tick asks for, stand behind the parameters.
+        self.variables.iter().rposition(|variable| {
             variable.name == name && (variable.causality == Causality::Output) == is_output
         })
     }

@@ -8,7 +8,6 @@ use crate::board::send::{Kept, send};
 use crate::output::Pending;
 use crate::rig::Rig;
 use crate::settings::settings;
-use firmware::codes::POSITION_M;
 use firmware::link;
 use firmware::settings::record::encode_content;
 use firmware::status::Status;
@@ -250,22 +249,14 @@ fn pump(port: &mut Port) -> Result<(), PortError> {
     Ok(())
 }
 
-/// Sends the load to a place, within the converter's reach.
+/// Sends the load to a place; that it has taken the set-point shows in its ticks.
 fn go(port: &mut Port, to_mm: f64) -> Result<(), Failed> {
-    let [low, high] = reach_mm();
-    if !(low..=high).contains(&to_mm) {
-        let why = format!("beyond the position converter, expected {low} to {high} mm");
-        return Err(Failed::Refused(why));
-    }
+    let to_m = 1e-3 * to_mm;
+    orders::within_reach(to_m).map_err(said)?;
     orders::ready(port).map_err(said)?;
-    let set_point = Reference::at((1e-3 * to_mm) as f32);
+    let set_point = Reference::at(to_m as f32);
     port.send(&link::reference(&set_point))
         .map_err(Failed::Port)
-}
-
-/// The ends of the position converter, mm.
-pub fn reach_mm() -> [f64; 2] {
-    [POSITION_M.lowest, POSITION_M.highest].map(|end_m| 1e3 * f64::from(end_m))
 }
 
 /// A key of `[controller]` without its section.

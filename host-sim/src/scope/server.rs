@@ -1,8 +1,9 @@
 //! The page, and a WebSocket for each that is open.
 
-use super::board::{Order, bare, reach_mm, shortest};
+use super::board::{Order, bare, shortest};
 use super::feed::Feed;
 use super::signals::{COUNT, Row, SIGNALS};
+use crate::board::orders::reach_m;
 use crate::rig::{GAINS, Rig};
 use crate::settings::settings;
 use axum::Router;
@@ -28,7 +29,6 @@ const MOST_ROWS: usize = 8_000;
 const FIRST_ROWS: u64 = 60_000;
 /// Sendings from one status to the next.
 const STATUS_EVERY: u32 = 5;
-const NANOSECONDS_PER_SECOND: f64 = 1e9;
 
 /// What a request is answered from.
 pub struct Site {
@@ -64,7 +64,7 @@ pub fn hello(rig: &Rig, port: &str, session: &str, (tick_s, stride): (f64, u16))
         .collect();
     json!({
         "session": session, "port": port, "tick_s": tick_s, "stride": stride,
-        "signals": SIGNALS, "gains": gains, "reach_mm": reach_mm(),
+        "signals": SIGNALS, "gains": gains, "reach_mm": reach_m().map(|end_m| 1e3 * end_m),
     })
 }
 
@@ -169,7 +169,7 @@ async fn talk(mut socket: WebSocket, site: &Site) {
     let (mut noted, mut round) = (0, 0_u32);
     let mut hello = site.hello.clone();
     if let Some(streaming) = site.feed.streaming() {
-        hello["tick_s"] = json!(f64::from(streaming.tick_period_ns) / NANOSECONDS_PER_SECOND);
+        hello["tick_s"] = json!(streaming.tick_s());
     }
     let hello = json!({ "hello": hello }).to_string();
     if socket.send(Message::text(hello)).await.is_err() {

@@ -12,7 +12,6 @@ use std::time::Duration;
 const EVERY: Duration = Duration::from_millis(20);
 /// Rows taken in one look.
 const MOST_ROWS: usize = 1_000;
-const NANOSECONDS_PER_SECOND: f64 = 1e9;
 
 /// A socket for an address, which is of this machine.
 ///
@@ -37,9 +36,9 @@ pub fn run(socket: &UdpSocket, feed: &Feed, stopped: &AtomicBool) {
     while !stopped.load(Ordering::Relaxed) {
         let (rows, after) = feed.rows_from(place, MOST_ROWS);
         place = after;
-        let tick_s = feed.streaming().map_or(1e-3, |streaming| {
-            f64::from(streaming.tick_period_ns) / NANOSECONDS_PER_SECOND
-        });
+        let tick_s = feed
+            .streaming()
+            .map_or(1e-3, |streaming| streaming.tick_s());
         for (tick, values) in &rows {
             let mut fields = Map::from_iter([("t".to_owned(), json!(f64::from(*tick) * tick_s))]);
             for (signal, value) in SIGNALS.iter().zip(values) {
