@@ -5,7 +5,7 @@ use crate::experiment::frames::{Report, Request};
 use crate::experiment::{Asked, Experiment, Readiness, Reason};
 use crate::fault::{Fault, Finding};
 use crate::link::Order;
-use crate::settings::NULL_V;
+use crate::settings::{NULL_V, Wiring};
 use crate::start::ResetCause;
 use crate::status::{Counters, Program, Status, TickCost};
 use crate::supervisor::Supervisor;
@@ -37,18 +37,21 @@ pub struct ControlTask {
     estimate: Estimate<f32>,
     /// Velocity of the last sample, m/s.
     velocity_m_per_s: f32,
+    wiring: Wiring,
 }
 
 impl ControlTask {
-    /// A task before its first tick, for a valve behind 12 bits.
+    /// A task before its first tick, for a valve behind 12 bits, at an axis whose wiring was
+    /// checked.
     pub fn new(controller: Controller<f32>) -> Self {
-        Self::with_valve(controller, ValveConverter::TwelveBits)
+        Self::of(controller, Wiring::Checked, ValveConverter::TwelveBits)
     }
 
-    /// The same, for a valve behind this converter.
-    pub fn with_valve(controller: Controller<f32>, converter: ValveConverter) -> Self {
+    /// The same, for this wiring and a valve behind this converter.
+    pub fn of(controller: Controller<f32>, wiring: Wiring, converter: ValveConverter) -> Self {
         Self {
-            supervisor: Supervisor::new(controller.axis()),
+            wiring,
+            supervisor: Supervisor::new(controller.axis(), wiring),
             controller,
             memory: None,
             shaper: CommandShaper::new(converter),
@@ -66,13 +69,18 @@ impl ControlTask {
     /// Swaps the controller; its memory begins anew at the next tick. Only where
     /// the valve is at its null anyway: in the state idle while the load stands, and in the state
     /// fault, in which a board may have no sensors yet that could say so.
-    pub fn replace_controller(&mut self, controller: Controller<f32>) -> Result<(), NotAtRest> {
+    pub fn replace_controller(
+        &mut self,
+        controller: Controller<f32>,
+        wiring: Wiring,
+    ) -> Result<(), NotAtRest> {
         let is_free = self.stands() && !self.experiment.is_running();
         match self.supervisor.state() {
             State::Idle if !is_free => Err(NotAtRest),
             State::Idle | State::Fault => {
-                self.supervisor.replace_axis(controller.axis());
+                self.supervisor.replace_axis(controller.axis(), wiring);
                 self.controller = controller;
+                self.wiring = wiring;
                 self.memory = None;
                 Ok(())
             }
@@ -89,6 +97,8 @@ impl ControlTask {
         let ready = Readiness {
             is_idle: self.supervisor.state() == State::Idle,
             stands: self.stands(),
+            position_m: self.estimate.position_m,
+            wiring: self.wiring,
         };
         self.experiment.serve(request, ready)
     }
@@ -155,6 +165,7 @@ impl ControlTask {
             fault_tick: self.supervisor.fault_tick(),
             reset_cause,
             has_built_in_settings,
+            wiring: self.wiring,
             calmed: self.supervisor.calmed(),
             program: Program::default(),
             tick_cost: TickCost::default(),
@@ -168,10 +179,15 @@ impl ControlTask {
         self.velocity_m_per_s = measured.velocity_m_per_s;
         let tried = self.experiment(sample.tick, &measured);
         let reference = &tried.map_or(sample.reference, Asked::reference);
+        let may_follow = tried.is_some() | (self.wiring == Wiring::Checked);
         let axis = self.controller.axis();
-        let asked = match self.supervisor.step(axis, (sample, reference), &measured) {
+        let asked = match self
+            .supervisor
+            .step(axis, (sample, reference, may_follow), &measured)
+        {
             State::Fault => {
                 self.experiment.halt(Reason::Fault);
+                self.doubt_wiring();
                 self.supervisor.remember_spool(self.null_v());
                 None
             }
@@ -287,6 +303,15 @@ impl ControlTask {
         }
     }
 
+    /// A fault of the wiring takes back that it was checked.
+    #[cold]
+    fn doubt_wiring(&mut self) {
+        let finding = self.supervisor.latched();
+        if finding.is_some_and(|finding| finding.fault == Fault::WrongPolarity) {
+            self.wiring = Wiring::Unchecked;
+        }
+    }
+
     /// The valve's null, V.
     fn null_v(&self) -> f32 {
         let null_v = self.controller.null_v();
@@ -298,6 +323,9 @@ impl ControlTask {
     }
 }
 
+/// One comparison for all numbers: nought times what is infinite or no number is no number.
 fn is_finite(action: &Action<f32>) -> bool {
-    action.command_v.is_finite() && action.estimate.to_array().into_iter().all(f32::is_finite)
+    let numbers = action.estimate.to_array().into_iter();
+    let noughts = numbers.fold(0.0 * action.command_v, |sum, number| sum + 0.0 * number);
+    noughts == 0.0
 }

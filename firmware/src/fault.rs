@@ -198,7 +198,7 @@ pub const DESCRIPTIONS: [Description; 21] = [
         fault: Fault::SupplyLost,
         name: "supply lost",
         seen: "the supply's gauge pressure is below what makes half of it overcome twice the \
-               static friction",
+               static friction; while the wiring is unchecked, below half a bar",
         detail: "supply pressure in tenths of a bar, absolute",
         remedy: "open the shut-off valve, check compressor and regulator",
     },

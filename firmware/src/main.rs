@@ -213,8 +213,9 @@ mod app {
         };
         // Where it cannot be erased, storing says so.
         let _erased = slots.prepare();
-        let control_task = place.write(ControlTask::with_valve(
+        let control_task = place.write(ControlTask::of(
             start.controller,
+            start.wiring,
             Chosen::VALVE_CONVERTER,
         ));
         (slots, control_task, start.origin)
@@ -433,13 +434,15 @@ mod app {
             return Some(crash::told(local.started.crash.as_ref()));
         }
         let has_built_in_settings = &mut local.started.has_built_in_settings;
-        local.transfer.serve(request, local.slots, |controller| {
-            shared
-                .control_task
-                .lock(|it| it.replace_controller(controller))?;
-            *has_built_in_settings = false;
-            Ok(())
-        })
+        local
+            .transfer
+            .serve(request, local.slots, |controller, wiring| {
+                shared
+                    .control_task
+                    .lock(|it| it.replace_controller(controller, wiring))?;
+                *has_built_in_settings = false;
+                Ok(())
+            })
     }
 
     fn end_run(serial_out: &mut part::SerialOut, shared: &mut transmit::SharedResources<'_>) {

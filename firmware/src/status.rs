@@ -2,17 +2,23 @@
 
 use crate::fault::{Fault, Finding};
 use crate::link::{Fields, Payload, put};
+use crate::settings::Wiring;
 use crate::start::ResetCause;
 use crate::tick::State;
 
 /// First byte of a status payload.
 pub const KIND: u8 = 0x40;
 /// Version of the status payload.
-pub const VERSION: u8 = 3;
-/// The one before, without program and cost ...
+pub const VERSION: u8 = 4;
+/// The one before, without a word of the wiring, ...
+const VERSION_3: u8 = 3;
+/// ... the one without program and cost ...
 const VERSION_2: u8 = 2;
 /// ... and the one before that, without how often the loop was calmed.
 const VERSION_1: u8 = 1;
+/// Bits of the byte about settings.
+const BUILT_IN: u8 = 1;
+const UNCHECKED: u8 = 2;
 
 /// Which program a board runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -122,6 +128,8 @@ pub struct Status {
     pub reset_cause: ResetCause,
     /// No settings of this rig are in use, but the built-in ones.
     pub has_built_in_settings: bool,
+    /// What is known of the wiring: a board of before takes it for checked.
+    pub wiring: Wiring,
     /// Counters.
     pub counters: Counters,
     /// How many times the loop swung and was calmed, since it has its settings.
@@ -134,7 +142,7 @@ pub struct Status {
 
 impl Status {
     /// Kind, version, state, fault (0: none), detail, u32 tick of the fault,
-    /// reset cause, 1 for built-in settings, u32 x5 counters, times calmed, u8 x3 version of the
+    /// reset cause, u8 with bit 0 for built-in settings and bit 1 for unchecked wiring, u32 x5 counters, times calmed, u8 x3 version of the
     /// firmware, u32 commit, u16 x2 cost of a tick; little-endian.
     pub fn payload(&self) -> Payload {
         let mut payload = Payload::new();
@@ -146,7 +154,7 @@ impl Status {
         put(&mut payload, &self.fault_tick.to_le_bytes());
         put(
             &mut payload,
-            &[self.reset_cause as u8, u8::from(self.has_built_in_settings)],
+            &[self.reset_cause as u8, self.about_settings()],
         );
         for count in self.counters.to_array() {
             put(&mut payload, &count.to_le_bytes());
@@ -159,6 +167,18 @@ impl Status {
         payload
     }
 
+    fn about_settings(&self) -> u8 {
+        let built_in = if self.has_built_in_settings {
+            BUILT_IN
+        } else {
+            0
+        };
+        match self.wiring {
+            Wiring::Checked => built_in,
+            Wiring::Unchecked => built_in | UNCHECKED,
+        }
+    }
+
     /// Reads a status report; `None` where it is none or one of another version.
     pub fn read(payload: &[u8]) -> Option<Self> {
         let mut fields = Fields(payload);
@@ -169,12 +189,24 @@ impl Status {
         if !(VERSION_1..=VERSION).contains(&version) {
             return None;
         }
+        let (state, finding) = (
+            State::from_code(fields.u8()?)?,
+            finding(fields.u8()?, fields.u8()?)?,
+        );
+        let fault_tick = fields.u32()?;
+        let reset_cause = ResetCause::from_code(fields.u8()?)?;
+        let about_settings = fields.u8()?;
         let mut status = Self {
-            state: State::from_code(fields.u8()?)?,
-            finding: finding(fields.u8()?, fields.u8()?)?,
-            fault_tick: fields.u32()?,
-            reset_cause: ResetCause::from_code(fields.u8()?)?,
-            has_built_in_settings: fields.u8()? == 1,
+            state,
+            finding,
+            fault_tick,
+            reset_cause,
+            has_built_in_settings: about_settings & BUILT_IN != 0,
+            wiring: if about_settings & UNCHECKED == 0 {
+                Wiring::Checked
+            } else {
+                Wiring::Unchecked
+            },
             counters: Counters::from_array([
                 fields.u32()?,
                 fields.u32()?,
@@ -189,7 +221,7 @@ impl Status {
         if version >= VERSION_2 {
             status.calmed = fields.u8()?;
         }
-        if version >= VERSION {
+        if version >= VERSION_3 {
             status.program = Program {
                 version: [fields.u8()?, fields.u8()?, fields.u8()?],
                 commit: fields.u32()?,
@@ -228,6 +260,7 @@ mod tests {
         fault_tick: 77_000,
         reset_cause: ResetCause::Watchdog,
         has_built_in_settings: true,
+        wiring: Wiring::Unchecked,
         counters: Counters {
             dropped_frames: 1,
             missed_ticks: 2,
@@ -260,19 +293,26 @@ mod tests {
         assert_eq!(payload.len(), 43);
         assert_eq!(Status::read(&payload), Some(STATUS));
         assert_eq!(Status::read(&payload[..42]), None);
+        let checked = Status {
+            wiring: Wiring::Checked,
+            ..STATUS
+        };
+        assert_eq!(Status::read(&checked.payload()), Some(checked));
         let without_cost = Status {
             program: Program::default(),
             tick_cost: TickCost::default(),
-            ..STATUS
+            ..checked
         };
         let uncalmed = Status {
             calmed: 0,
             ..without_cost
         };
-        for (version, length, expected) in
-            [(VERSION_2, 32, without_cost), (VERSION_1, 31, uncalmed)]
-        {
-            let mut of_before = payload.clone();
+        for (version, length, expected) in [
+            (VERSION_3, 43, checked),
+            (VERSION_2, 32, without_cost),
+            (VERSION_1, 31, uncalmed),
+        ] {
+            let mut of_before = checked.payload();
             of_before.truncate(length);
             of_before[1] = version;
             assert_eq!(Status::read(&of_before), Some(expected));

@@ -7,6 +7,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure ends the show")]
 
+use firmware::settings::Wiring;
 use host_sim::board::twin::Twin;
 use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::commission::{CommissionArguments, run};
@@ -125,7 +126,7 @@ fn of_a_board(text: &str) -> String {
 /// A board on the host, at an address.
 fn board(request: &Request, known: &Rig) -> Result<String, String> {
     let axis = DrawnAxis::new(request.plant());
-    let twin = Twin::before(axis, known, truth_plant::plant::TICK_S);
+    let twin = Twin::before(axis, (known, Wiring::Unchecked), truth_plant::plant::TICK_S);
     let mut twin = twin.map_err(|fault| format!("{}: {}", fault.key, fault.problem))?;
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();

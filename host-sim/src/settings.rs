@@ -16,7 +16,7 @@ use crate::rig::Rig;
 use firmware::codes::POSITION_M;
 use firmware::settings::{
     Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gains, Gas,
-    MechanicalEffects, Settings, SettingsFault, Tube, Valve,
+    MechanicalEffects, Settings, SettingsFault, Tube, Valve, Wiring,
 };
 use model_core::axis::Axis;
 use model_core::chamber;
@@ -99,7 +99,7 @@ impl From<RigSettingsError> for AxisFault {
     }
 }
 
-/// The settings of a rig.
+/// The settings of a rig, of whose wiring nothing is known.
 pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
     check_rig(rig).map_err(RigSettingsError::Rig)?;
     let values = Values::<f32> {
@@ -214,6 +214,7 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) ->
         pneumatic_effects: pneumatics.into(),
         mechanical_effects: MechanicalEffects::from(values.carriage_effects()),
         controller,
+        wiring: Wiring::Unchecked,
     }
 }
 

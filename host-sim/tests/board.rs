@@ -115,7 +115,7 @@ fn settings_board(at_rest: bool, fate: fn(usize) -> Fate) -> (String, JoinHandle
         let mut transfer = Transfer::new(DT_S);
         let mut in_use = None;
         from_host(stream, |payload| {
-            let answer = transfer.serve(payload, &mut slots, |controller| {
+            let answer = transfer.serve(payload, &mut slots, |controller, _| {
                 if at_rest {
                     in_use = Some(controller);
                     Ok(())
@@ -142,6 +142,7 @@ fn send_paper(address: &str) -> (Result<(), String>, String) {
         serial: Some(address.into()),
         baud: 0,
         try_out: false,
+        wiring_checked: false,
     };
     let mut out = Vec::new();
     let outcome = settings(&arguments, &mut out).map_err(|error| error.to_string());
@@ -217,6 +218,7 @@ fn prop_a_settings_file_is_a_slot_and_shows_its_rig() {
         serial: None,
         baud: 0,
         try_out: false,
+        wiring_checked: false,
     };
     let mut out = Vec::new();
     settings(&arguments, &mut out).expect("it is written");

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use firmware::fault::Fault;
 use firmware::link::{self, Order};
+use firmware::settings::Wiring;
 use host_sim::board::port::Port;
 use host_sim::board::twin::Twin;
 use host_sim::cli::board::{BoardArguments, BoardOrder, MoveArguments, run as tell_board};
@@ -33,7 +34,7 @@ fn twin(hosts: usize) -> (String, JoinHandle<()>) {
 
 fn twin_of(rig: &Rig, hosts: usize) -> (String, JoinHandle<()>) {
     let plant = PlantSettings::at(0.0, 1);
-    let mut twin = Twin::new(rig, rig, plant).expect("it is an axis");
+    let mut twin = Twin::new(rig, (rig, Wiring::Checked), plant).expect("it is an axis");
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
     let address = listener.local_addr().expect("it has one").to_string();
     let thread = std::thread::spawn(move || {
@@ -162,6 +163,7 @@ fn prop_the_twin_takes_settings_and_is_recorded() {
         serial: Some(address.clone()),
         baud: 0,
         try_out: false,
+        wiring_checked: true,
     };
     settings(&arguments, &mut Vec::new()).expect("it is at rest");
     let arguments = RecordArguments {
@@ -188,6 +190,7 @@ fn prop_the_controller_at_a_link_tells_its_status() {
     let arguments = ControllerArguments {
         rig: rig_file(),
         listen: address.clone(),
+        unchecked: false,
     };
     let thread = std::thread::spawn(move || {
         controller(&arguments, &mut Vec::new()).map_err(|error| error.to_string())

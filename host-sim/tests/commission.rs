@@ -9,6 +9,7 @@
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 
+use firmware::settings::Wiring;
 use host_sim::board::twin::Twin;
 use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::commission::{CommissionArguments, run};
@@ -27,7 +28,12 @@ const UNCERTAINTY: &str = include_str!("../fixtures/paper-uncertainty.toml");
 fn board(axis: &str) -> String {
     let known = Rig::parse(PAPER, "paper.toml").unwrap();
     let truth = Rig::parse(axis, "truth.toml").unwrap();
-    let mut twin = Twin::new(&truth, &known, PlantSettings::at(0.0, 1)).unwrap();
+    let mut twin = Twin::new(
+        &truth,
+        (&known, Wiring::Unchecked),
+        PlantSettings::at(0.0, 1),
+    )
+    .unwrap();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     std::thread::spawn(move || {
@@ -84,17 +90,19 @@ fn val_a_reversed_valve_is_named_before_the_load_has_moved_2_mm() {
     );
     assert_ne!(reversed, PAPER);
     let mut way = Way::new("reversed", &reversed);
-    let (outcome, said) = way.until(Some(Step::FirstMotion));
+    let (outcome, said) = way.until(Some(Step::Wiring));
     let line = outcome.unwrap_err();
-    assert!(line.contains("fault 21, wrong polarity"), "{line}\n{said}");
+    assert!(line.contains("the valve is reversed"), "{line}\n{said}");
     let rig = Rig::read(&way.arguments.rig).unwrap();
-    let recording = Recording::read(way.file("first-motion.csv"), &rig.signals).unwrap();
-    let position_m = recording.signal("x").unwrap();
-    let furthest_m = position_m.iter().map(|one| (one - position_m[0]).abs());
-    assert!(furthest_m.fold(0.0, f64::max) < 2e-3);
+    for name in ["wiring-pulses.csv", "wiring-swing.csv"] {
+        let recording = Recording::read(way.file(name), &rig.signals).unwrap();
+        let position_m = recording.signal("x").unwrap();
+        let furthest_m = position_m.iter().map(|one| (one - position_m[0]).abs());
+        assert!(furthest_m.fold(0.0, f64::max) < 2e-3, "{name}");
+    }
     // The step is not done: the next run begins with it again.
     let progress = Progress::read(&way.file("commission.json")).unwrap();
-    assert_eq!(progress.next(), Some(Step::FirstMotion));
+    assert_eq!(progress.next(), Some(Step::Wiring));
 }
 
 #[test]
@@ -106,13 +114,13 @@ fn val_a_way_that_was_left_is_gone_on_with() {
         said.contains("1 of 9, board") && said.contains("2 of 9, settings"),
         "{said}"
     );
-    let (outcome, said) = way.until(Some(Step::FirstMotion));
+    let (outcome, said) = way.until(Some(Step::Wiring));
     outcome.unwrap();
     assert!(
-        said.contains("3 of 9, first-motion") && !said.contains("2 of 9"),
+        said.contains("3 of 9, wiring") && !said.contains("2 of 9"),
         "{said}"
     );
-    assert!(said.contains("load swings 3.0 mm"), "{said}");
+    assert!(said.contains("load swings 1.0 mm"), "{said}");
     way.arguments.from = Some(Step::Board);
     let (outcome, said) = way.until(Some(Step::Board));
     outcome.unwrap();

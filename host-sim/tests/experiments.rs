@@ -15,6 +15,7 @@ use firmware::experiment::frames::{self, Report};
 use firmware::experiment::{Envelope, Reason, Stage, Step};
 use firmware::fault::Fault;
 use firmware::link::Order;
+use firmware::settings::Wiring;
 use firmware::tick::{Command, Sample, State};
 use host_sim::board::twin::Twin;
 use host_sim::cli::board::{BoardArguments, BoardOrder, run as tell_board};
@@ -322,6 +323,56 @@ fn prop_nothing_begins_that_is_another_program_or_not_ready() {
     assert_eq!(gap.stage, Stage::Empty);
 }
 
+/// As delivered: no set-point, no experiment that reaches far; checked, then a fault of the wiring.
+#[test]
+fn prop_an_unchecked_axis_goes_nowhere() {
+    let mut board = Board::idle();
+    let rig = Rig::read(rig_file()).unwrap();
+    let controller = || host_sim::closed_loop::controller(&rig).unwrap();
+    let replaced = board
+        .task
+        .replace_controller(controller(), Wiring::Unchecked);
+    assert_eq!(replaced, Ok(()));
+    board.reference = Reference::at(0.05);
+    for _ in 0..300 {
+        assert_ne!(board.step().1.state, State::Track);
+    }
+    let hold = [Step::Hold { seconds: 0.1 }];
+    let narrow = |low_m: f32, high_m: f32| Envelope {
+        position_m: [low_m, high_m],
+        ..WIDE
+    };
+    for (envelope, reason) in [
+        (WIDE, Reason::Unchecked),
+        (narrow(-2.1e-3, 1.9e-3), Reason::Unchecked),
+        (narrow(-1.9e-3, 2.1e-3), Reason::Unchecked),
+        (narrow(-1.9e-3, 1.9e-3), Reason::None),
+    ] {
+        let crc = board.load(&envelope, &hold);
+        let begun = board.serve(&frames::run(crc));
+        assert_eq!(begun.reason, reason, "{envelope:?}");
+    }
+    for _ in 0..200 {
+        board.step();
+    }
+    assert_eq!(board.serve(&frames::alive()).stage, Stage::Done);
+    board.reference = Reference::at(f32::NAN);
+    let replaced = board.task.replace_controller(controller(), Wiring::Checked);
+    assert_eq!(replaced, Ok(()));
+    board.reference = Reference::at(0.01);
+    for _ in 0..50 {
+        board.step();
+    }
+    assert_eq!(board.step().1.state, State::Track);
+    // What was checked is in doubt again.
+    board.task.obey(Order::Inject(Fault::WrongPolarity.at(0)));
+    assert_eq!(board.step().1.state, State::Fault);
+    assert!(board.task.acknowledge());
+    for _ in 0..300 {
+        assert_ne!(board.step().1.state, State::Track);
+    }
+}
+
 /// The force loop alone: the mean over the last half of a step, by the gauges.
 #[test]
 fn val_the_gas_pushes_with_the_force_asked_for() {
@@ -381,7 +432,7 @@ periods = 2
 /// A twin that serves one host after the other, faster than time.
 fn twin(hosts: usize) -> String {
     let rig = Rig::read(rig_file()).unwrap();
-    let mut twin = Twin::new(&rig, &rig, PlantSettings::at(0.0, 1)).unwrap();
+    let mut twin = Twin::new(&rig, (&rig, Wiring::Checked), PlantSettings::at(0.0, 1)).unwrap();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     std::thread::spawn(move || {

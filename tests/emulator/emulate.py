@@ -292,7 +292,7 @@ def main():
         "crash": world.crash.hex() if world.crash else None,
         "flash_operations": chip.flash.operations,
         "answers": getattr(world, "answers", []),
-        "has_built_in_settings": bool(world.statuses[-1][10]) if world.statuses else None,
+        "has_built_in_settings": bool(world.statuses[-1][10] & 1) if world.statuses else None,
     }
     if options.slots_out:
         with open(options.slots_out, "wb") as file:

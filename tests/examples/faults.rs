@@ -3,7 +3,7 @@
 //! For the first QEMU_SEEDS of them the firmware in QEMU answers beside the host, and must
 //! give the same bytes; with 0, QEMU is not needed.
 
-use firmware::settings::record;
+use firmware::settings::{self, Settings, record};
 use host_sim::closed_loop::{
     HostController, RemoteController, ScoreError, control_task, wrongly_known,
 };
@@ -142,7 +142,9 @@ fn wiring_table(rig: &Rig, seeds: u64) -> Result<String, Failure> {
         "\n## Wiring\n\n\
          The first start of an axis that is wired the wrong way round: from rest, a move of 20 mm is asked\n\
          for. Ticks from the move's begin to the fault (median / worst), how far the load had gone then, and\n\
-         how far it went until it stood still (worst), with the rig known wrongly.\n\n\
+         how far it went until it stood still (worst), with the rig known wrongly.\n\
+         A board whose wiring was not checked does not start at all (`pneuma board check-wiring`,\n\
+         [commissioning.md](commissioning.md)); this is what happens to wires that change afterwards.\n\n\
          | reversed | supply, bar gauge | runs | not seen | said | ticks | had gone, mm | went, mm |\n\
          |---|---:|---:|---:|---|---:|---:|---:|\n",
     );
@@ -192,6 +194,14 @@ fn on_host(rig: &Rig, case: &Case, moment: Moment, seed: u64) -> Result<Outcome,
     Ok(run_case(rig, &mut drive, case, moment, seed)?)
 }
 
+/// As after a check of the wiring.
+fn checked(unchecked: Settings) -> Settings {
+    Settings {
+        wiring: settings::Wiring::Checked,
+        ..unchecked
+    }
+}
+
 /// The firmware in QEMU drives; the host must answer the same.
 fn beside(
     image: &Path,
@@ -201,7 +211,7 @@ fn beside(
     seed: u64,
 ) -> Result<Outcome, Failure> {
     let known = wrongly_known(rig, seed);
-    let record = record::encode(1, &settings(&known)?).ok_or("the settings do not fit")?;
+    let record = record::encode(1, &checked(settings(&known)?)).ok_or("the settings do not fit")?;
     // One file a thread: QEMU has read it before it listens.
     let thread = std::thread::current().id();
     let file = std::env::temp_dir().join(format!("pneuma-{}-{thread:?}.bin", std::process::id()));

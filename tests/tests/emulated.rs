@@ -22,6 +22,7 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use xtask::packages::EMULATOR;
+use xtask::qemu::checked_settings;
 use xtask::{emulate, image};
 
 /// The image; none where there is no emulator.
@@ -143,12 +144,14 @@ fn val_the_flash_image_closes_the_loop_for_a_minute() {
     closes_the_loop(&motion, ticks);
 }
 
-/// The image has no settings: its axis is the paper's.
+/// The slots have the built-in settings, for a checked axis: it is the paper's.
 fn closes_the_loop(motion: &Motion, ticks: u32) {
     let Some(image) = flashed() else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let seen = folder.path().join("seen.transcript");
-    let mut emulation = emulate::emulation(&image, &["--ticks", "1000000", "--plant", "0"]);
+    let checked = checked_settings().expect("a file");
+    let options = ["--ticks", "1000000", "--plant", "0", "--slots", &checked];
+    let mut emulation = emulate::emulation(&image, &options);
     emulation.arg("--transcript").arg(&seen);
     let child = emulation.stdout(Stdio::piped()).spawn();
     let mut child = child.expect("it starts");
@@ -232,7 +235,9 @@ fn val_an_experiment_drives_the_converter_as_its_twin_does() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("frames").display().to_string();
     std::fs::write(&file, digits_of(&sent)).expect("written");
-    let outcome = outcome(&image, &["--ticks", "450", "--send", &file]);
+    let checked = checked_settings().expect("a file");
+    let options = ["--ticks", "450", "--send", &file, "--slots", &checked];
+    let outcome = outcome(&image, &options);
     keeps_the_rules(&outcome, "experiment");
     assert_eq!(outcome["fault"], serde_json::json!([0, 0]), "{outcome}");
     let commands = outcome["all_commands"].as_array().expect("a list").iter();

@@ -18,7 +18,8 @@ use xtask::{image, qemu};
 const PATIENCE: Duration = Duration::from_secs(20);
 
 fn compare(image: &Path, rig: &Rig, case: &Case, moment: Moment) {
-    let machine = Machine::start(image, &[]).expect("QEMU starts");
+    let checked = qemu::checked_settings().expect("a file");
+    let machine = Machine::start(image, &qemu::with_settings(&checked)).expect("QEMU starts");
     let plant = machine.connect(PATIENCE).expect("QEMU listens");
     let mut both = Both {
         expected: HostController::new(ControlTask::new(Controller::new(paper::axis()))),

@@ -8,7 +8,7 @@ use firmware::control_task::ControlTask;
 use firmware::cost::Report;
 use firmware::experiment::{Envelope, Stage, Step, frames};
 use firmware::settings::transfer::{self, Verdict};
-use firmware::settings::{Settings, record};
+use firmware::settings::{Settings, Wiring, record};
 use firmware::status::Status;
 use firmware::tick::{Sample, State};
 use firmware::{frame, link, telemetry};
@@ -49,8 +49,10 @@ fn image() -> Option<PathBuf> {
     Some(image::build(image::MPS2).expect("the image builds"))
 }
 
-fn start(image: &Path, more: &[String]) -> Machine {
-    Machine::start(image, more).expect("QEMU starts")
+/// With the built-in settings, for an axis whose wiring was checked.
+fn start(image: &Path) -> Machine {
+    let checked = qemu::checked_settings().expect("a file");
+    Machine::start(image, &qemu::with_settings(&checked)).expect("QEMU starts")
 }
 
 /// Sends the samples, and one in so many first as a damaged copy, which must be
@@ -83,10 +85,10 @@ fn val_host_and_qemu_answer_alike_in_motion_and_twice() {
     let moved = |sample: &Sample| (sample.codes.position.0).abs_diff(32_768);
     let furthest = samples.iter().map(moved).max();
     assert!(furthest > Some(5000), "the axis moves: {furthest:?} codes");
-    let report = compare(start(&image, &[]), &settings, &samples, 500);
+    let report = compare(start(&image), &settings, &samples, 500);
     assert_eq!((report.cost.ticks, report.dropped_frames), (5000, 10));
     assert_eq!(report.lost_commands, 0);
-    let again = compare(start(&image, &[]), &settings, &samples, 500);
+    let again = compare(start(&image), &settings, &samples, 500);
     assert_eq!(
         again, report,
         "also the instructions are the same every time"
@@ -98,7 +100,7 @@ fn prop_host_and_qemu_answer_alike_whatever_comes() {
     let Some(image) = image() else { return };
     let mut random = Random(1);
     let samples: Vec<Sample> = (0..3000).map(|tick| random.sample(tick)).collect();
-    let report = compare(start(&image, &[]), &Settings::built_in(), &samples, 7);
+    let report = compare(start(&image), &Settings::built_in(), &samples, 7);
     assert_eq!(report.dropped_frames, 3000 / 7);
 }
 
@@ -109,12 +111,14 @@ fn val_host_and_qemu_answer_alike_with_the_settings_of_a_rig() {
     settings.carriage.mass_kg *= 1.5;
     settings.valve.null_v += 0.05;
     settings.controller.position_per_s *= 0.8;
+    settings.wiring = Wiring::Checked;
     let samples = motion(&settings, 1500);
     assert_ne!(samples, motion(&Settings::built_in(), 1500));
     let record = record::encode(1, &settings).expect("it fits");
     let file = std::env::temp_dir().join(format!("settings-{}.bin", std::process::id()));
     std::fs::write(&file, &record).expect("it is written");
-    let machine = start(&image, &qemu::with_settings(&file.to_string_lossy()));
+    let machine = Machine::start(&image, &qemu::with_settings(&file.to_string_lossy()));
+    let machine = machine.expect("QEMU starts");
     compare(machine, &settings, &samples, u32::MAX);
     std::fs::remove_file(&file).expect("it was there");
 }
@@ -128,7 +132,7 @@ fn ask(plant_end: &mut Link, payload: &[u8]) -> Vec<u8> {
 #[test]
 fn val_settings_and_telemetry_travel_beside_the_samples() {
     let Some(image) = image() else { return };
-    let machine = start(&image, &[]);
+    let machine = start(&image);
     let mut plant_end = Link::connect(&machine).expect("the firmware greets");
     let mut host = host_controller(&Settings::built_in());
     let mut plant = Plant::default();
@@ -158,7 +162,7 @@ fn val_settings_and_telemetry_travel_beside_the_samples() {
         assert_eq!((answer.kind, answer.verdict), (frame[0], Verdict::Taken));
     }
     let swapped = settings.try_build(1e-3).expect("the settings are possible");
-    assert_eq!(host.replace_controller(swapped), Ok(()));
+    assert_eq!(host.replace_controller(swapped, settings.wiring), Ok(()));
     let (_, command) = step(&mut plant_end, &mut host);
 
     let answer = ask(&mut plant_end, &telemetry::stream(1));
@@ -181,6 +185,11 @@ fn val_settings_and_telemetry_travel_beside_the_samples() {
     let status = Status::read(&answer).expect("a status report");
     assert_eq!((status.state, status.finding), (State::Idle, None));
     assert!(!status.has_built_in_settings, "they were replaced");
+    assert_eq!(
+        status.wiring,
+        Wiring::Unchecked,
+        "as those that were sent say"
+    );
     plant_end.send(&[0x77, 1, 2]).expect("it is sent");
     let report = plant_end.end().expect("it tells of itself");
     assert_eq!(report.dropped_frames, 1, "what nobody wants is counted");
@@ -239,7 +248,7 @@ fn val_an_experiment_runs_in_qemu_as_on_the_host() {
     };
     let steps = every_kind_of_step();
     let bytes: Vec<u8> = steps.iter().flat_map(Step::bytes).collect();
-    let machine = start(&image, &[]);
+    let machine = start(&image);
     let mut end = Experimented {
         link: Link::connect(&machine).expect("the firmware greets"),
         host: host_controller(&Settings::built_in()),

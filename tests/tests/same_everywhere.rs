@@ -56,7 +56,11 @@ fn is_the_same(ticks: u32) {
         return;
     }
     let image = image::build(image::MPS2).expect("the image builds");
-    let machine = Machine::start(&image, &[]).expect("QEMU starts");
+    let machine = Machine::start(
+        &image,
+        &qemu::with_settings(&qemu::checked_settings().expect("a file")),
+    )
+    .expect("QEMU starts");
     let plant = machine.connect(PATIENCE).expect("QEMU listens");
     let mut firmware = RemoteController::greet(plant).expect("a greeting");
     let in_qemu = driven(&mut firmware, ticks);

@@ -3,6 +3,7 @@
 use crate::image;
 use crate::setup::{self, QEMU};
 use crate::shell::{self, Outcome, as_typed, cargo, command};
+use firmware::settings::{Settings, Wiring, record};
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;
@@ -10,6 +11,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -23,6 +25,7 @@ struct Request {
     rig: Option<String>,
     serial: Option<String>,
     seconds: Option<u64>,
+    unchecked: bool,
 }
 
 /// The task `qemu`: the firmware waits for a plant that connects.
@@ -37,8 +40,10 @@ pub fn run(options: &[String]) -> Outcome {
     need_qemu()?;
     let image = image::build(image::MPS2)?;
     let mut machine = machine(&image, address);
-    if let Some(rig) = &request.rig {
-        load_settings(&mut machine, rig)?;
+    match &request.rig {
+        Some(rig) => load_settings(&mut machine, rig, request.unchecked)?,
+        None if request.unchecked => {}
+        None => _ = machine.args(with_settings(&checked_settings()?)),
     }
     println!("{}", as_typed(&machine));
     println!("qemu: waiting for a plant at {address}");
@@ -59,6 +64,7 @@ fn parse(options: &[String]) -> Outcome<Request> {
         };
         match word.as_str() {
             "--rig" => request.rig = Some(value()?),
+            "--unchecked" => request.unchecked = true,
             "--serial" => request.serial = Some(value()?),
             "--seconds" => {
                 let seconds = value()?;
@@ -96,7 +102,7 @@ fn machine(image: &Path, serial: SocketAddr) -> Command {
 }
 
 /// Has QEMU put a rig's settings where the image looks for them.
-fn load_settings(machine: &mut Command, rig: &str) -> Outcome {
+fn load_settings(machine: &mut Command, rig: &str, is_unchecked: bool) -> Outcome {
     // The program runs in the root of the repository, the user perhaps elsewhere.
     let rig = Path::new(rig)
         .canonicalize()
@@ -108,9 +114,33 @@ fn load_settings(machine: &mut Command, rig: &str) -> Outcome {
     let settings = settings.to_string_lossy();
     let mut words = vec!["run", "--release", "--quiet", "-p", "host-sim", "--"];
     words.extend(["settings", "--rig", &rig, "--out", &settings]);
+    words.extend((!is_unchecked).then_some("--wiring-checked"));
     shell::run(&mut cargo(&words))?;
     machine.args(with_settings(&settings));
     Ok(())
+}
+
+/// A slot with the built-in settings, for an axis whose wiring was checked: as an image is
+/// delivered it follows no reference.
+pub fn checked_settings() -> Outcome<String> {
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    let settings = Settings {
+        wiring: Wiring::Checked,
+        ..Settings::built_in()
+    };
+    let record = record::encode(1, &settings).ok_or("settings: longer than any record")?;
+    let directory = shell::target_directory().join("settings");
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let own = directory.join(format!("checked-{}-{number}.bin", std::process::id()));
+    let file = directory.join("checked.bin");
+    let write = || {
+        fs::create_dir_all(&directory)?;
+        fs::write(&own, &record)?;
+        // Whoever reads it meanwhile finds a whole one.
+        fs::rename(&own, &file)
+    };
+    write().map_err(|error| format!("{}: {error}", file.display()))?;
+    Ok(file.to_string_lossy().into_owned())
 }
 
 /// What has QEMU load a file of settings.

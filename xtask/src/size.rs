@@ -8,7 +8,7 @@
 use crate::call_graph::{CallGraph, Reach};
 use crate::image::{self, MPS2};
 use crate::plant::{Link, Plant};
-use crate::qemu::Machine;
+use crate::qemu::{Machine, checked_settings, with_settings};
 use crate::shell::{self, Outcome};
 use firmware::cost::Report;
 use firmware::link;
@@ -205,7 +205,8 @@ fn count(image: &Path) -> Outcome<Vec<Figure>> {
 
 /// Runs the image against the plant; `options` go to QEMU as they are.
 pub fn drive(image: &Path, mut plant: Plant, ticks: u32, options: &[String]) -> Outcome<Report> {
-    let machine = Machine::start(image, options)?;
+    let checked = with_settings(&checked_settings()?);
+    let machine = Machine::start(image, &[&checked, options].concat())?;
     let mut link = Link::connect(&machine)?;
     for _ in 0..ticks {
         let answer = link.exchange(&plant.sample())?;

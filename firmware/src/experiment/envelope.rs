@@ -53,6 +53,12 @@ impl Envelope {
             && self.force_n > 0.0
     }
 
+    /// Whether its places are all within so much of one.
+    pub(super) fn is_about(&self, position_m: f32, most_m: f32) -> bool {
+        let is_near = |limit_m: &f32| is_within(limit_m - position_m, [-most_m, most_m]);
+        self.position_m.iter().all(is_near)
+    }
+
     /// Why a run that is beyond it ends, and the value that is.
     #[inline]
     pub(super) fn left(&self, now: &Measurements<f32>, force_n: f32) -> Option<(Reason, f32)> {

@@ -174,6 +174,7 @@ impl Reason {
             Self::NotAtRest,
             Self::NotThisProgram,
             Self::Impossible,
+            Self::Unchecked,
         ];
         all.into_iter().find(|one| *one as u8 == code)
     }

@@ -22,6 +22,7 @@ pub use course::Asked;
 pub use envelope::Envelope;
 pub use step::{Defect, MOST_STEPS, Step};
 
+use crate::settings::Wiring;
 use course::Course;
 use frames::{Report, Request};
 use heapless::Vec;
@@ -30,6 +31,9 @@ use step::STEP_BYTES;
 
 /// A host that says nothing for so long is gone, s.
 pub const SILENCE_S: f32 = 0.5;
+/// While the wiring is unchecked, envelopes reach no farther from the load, m: what it may move at
+/// the most before it is known to answer the right way round.
+pub const CHECKED_WITHIN_M: f32 = 2e-3;
 
 /// Where a program stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,6 +81,8 @@ pub enum Reason {
     NotThisProgram = 10,
     /// Refused: a step or the envelope is impossible.
     Impossible = 11,
+    /// Not begun: the wiring is unchecked, and the envelope is not as narrow as a check's.
+    Unchecked = 12,
 }
 
 /// A run under way.
@@ -110,6 +116,10 @@ pub struct Readiness {
     pub is_idle: bool,
     /// The load stands.
     pub stands: bool,
+    /// Where, m.
+    pub position_m: f32,
+    /// What is known of the wiring.
+    pub wiring: Wiring,
 }
 
 impl Experiment {
@@ -200,6 +210,10 @@ impl Experiment {
             Reason::NotIdle
         } else if !ready.stands {
             Reason::NotAtRest
+        } else if ready.wiring == Wiring::Unchecked
+            && !self.envelope.is_about(ready.position_m, CHECKED_WITHIN_M)
+        {
+            Reason::Unchecked
         } else {
             Reason::None
         };

@@ -65,6 +65,8 @@ impl Settings {
         let Self {
             gas, ambient, valve, command_path, chambers, chamber_a, chamber_b, tube, carriage,
             friction, friction_terms, pneumatic_effects, mechanical_effects, controller,
+            // No number.
+            wiring: _,
         } = self;
         for one in fields![
             field("gas.heat_capacity_ratio", gas.heat_capacity_ratio, 1.01, 2.0),

@@ -32,7 +32,7 @@ pub use field::{Field, SettingsFault};
 pub use gains::Gains;
 pub use mechanics::{Carriage, Friction, FrictionTerms};
 pub use parameters::{
-    Ambient, Chamber, Chambers, Column, CommandPath, Gas, Settings, Thermal, Tube, Valve,
+    Ambient, Chamber, Chambers, Column, CommandPath, Gas, Settings, Thermal, Tube, Valve, Wiring,
 };
 
 #[cfg(test)]

@@ -42,6 +42,19 @@ pub struct Settings {
     pub mechanical_effects: MechanicalEffects,
     /// Bandwidths and limits of the controller.
     pub controller: Gains,
+    /// What is known of the wiring.
+    pub wiring: Wiring,
+}
+
+/// Whether valve, tubes, gauges and signs were seen to answer the right way round on this axis. A
+/// board whose wiring is unchecked follows no reference.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Wiring {
+    /// Nobody has looked.
+    #[default]
+    Unchecked,
+    /// They were.
+    Checked,
 }
 
 /// An ideal gas.
@@ -253,6 +266,7 @@ impl Settings {
             pneumatic_effects: PneumaticEffects::neutral(),
             mechanical_effects: MechanicalEffects::neutral(),
             controller: Gains::default(),
+            wiring: Wiring::Unchecked,
         }
     }
 }

@@ -10,7 +10,7 @@
 //! stops the processor for 16 us only.
 
 use super::field::SettingsFault;
-use super::parameters::Settings;
+use super::parameters::{Settings, Wiring};
 use super::record::{
     ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, Stored, decode, header, sequence_of,
 };
@@ -107,6 +107,8 @@ pub struct Start {
     pub controller: Controller<f32>,
     /// Where its settings come from.
     pub origin: Origin,
+    /// What they say of the wiring: unchecked unless they are the ones stored last.
+    pub wiring: Wiring,
 }
 
 /// The two slots.
@@ -126,9 +128,11 @@ impl<S: SlotStorage> Slots<S> {
             storage,
             newest: None,
         };
+        let mut wiring = Wiring::Unchecked;
         let (built, origin) = match slots.find_newest() {
             Ok((slot, stored)) => {
                 slots.newest = Some((slot, stored.sequence));
+                wiring = stored.settings.wiring;
                 match stored.settings.try_build(dt_s) {
                     Err(fault) => (built_in(dt_s), Origin::Impossible(fault)),
                     built => (built, slots.origin(slot, stored.sequence)),
@@ -140,6 +144,10 @@ impl<S: SlotStorage> Slots<S> {
         let start = Start {
             controller: built?,
             origin,
+            wiring: match origin {
+                Origin::Slot(_) => wiring,
+                _ => Wiring::Unchecked,
+            },
         };
         Ok((slots, start))
     }

@@ -154,7 +154,10 @@ fn prop_new_settings_end_a_fault_of_settings_and_no_other_that_stands() {
         let mut task = ControlTask::new(Settings::built_in().try_build(DT_S).expect("as well"));
         task.recall(fault.at(0));
         assert!(!task.acknowledge(), "{fault:?} stands");
-        assert_eq!(task.replace_controller(controller()), Ok(()));
+        assert_eq!(
+            task.replace_controller(controller(), super::Wiring::Checked),
+            Ok(())
+        );
         assert_eq!(task.latched(), Some(fault.at(0)), "somebody has to see it");
         assert_eq!(task.acknowledge(), is_left, "{fault:?}");
     }
@@ -695,7 +698,7 @@ impl Board {
 
     fn serve(&mut self, payload: &[u8]) -> (Verdict, std::string::String) {
         let (at_rest, in_use) = (self.at_rest, &mut self.in_use);
-        let install = |controller| {
+        let install = |controller, _| {
             if at_rest {
                 *in_use = Some(controller);
                 Ok(())
@@ -850,7 +853,7 @@ fn prop_other_frames_are_left_to_others() {
     for kind in [0x02, 0x10, 0x23, 0x30] {
         let answer = board
             .transfer
-            .serve(&[kind, 0, 0], &mut board.slots, |_| Ok(()));
+            .serve(&[kind, 0, 0], &mut board.slots, |_, _| Ok(()));
         assert_eq!(answer, None);
     }
 }

@@ -42,6 +42,7 @@ mod travel;
 
 use crate::codes::AdcCodes;
 use crate::fault::{Channel, Finding};
+use crate::settings::Wiring;
 use crate::status::Counters;
 use crate::tick::{Sample, State};
 use force::ForceState;
@@ -74,8 +75,8 @@ struct Limits {
 }
 
 impl Limits {
-    fn new(axis: &Axis<f32>) -> Self {
-        let (range, jump) = (Range::new(axis), Jump::new(axis));
+    fn new(axis: &Axis<f32>, wiring: Wiring) -> Self {
+        let (range, jump) = (Range::new(axis, wiring), Jump::new(axis));
         Self {
             stream: Stream::new(axis, range.stroke_m, &jump),
             range,
@@ -129,9 +130,9 @@ pub struct Supervisor {
 
 impl Supervisor {
     /// A supervisor for an axis, before its first tick.
-    pub fn new(axis: &Axis<f32>) -> Self {
+    pub fn new(axis: &Axis<f32>, wiring: Wiring) -> Self {
         Self {
-            limits: Limits::new(axis),
+            limits: Limits::new(axis, wiring),
             memory: Memory::default(),
             stream: StreamState::default(),
             spool_v: axis.valve.null_v,
@@ -173,10 +174,10 @@ impl Supervisor {
 
     /// Limits for another axis, that of new settings; what was remembered begins
     /// anew.
-    pub fn replace_axis(&mut self, axis: &Axis<f32>) {
+    pub fn replace_axis(&mut self, axis: &Axis<f32>, wiring: Wiring) {
         self.has_new_settings = true;
         self.calmed = 0;
-        self.limits = Limits::new(axis);
+        self.limits = Limits::new(axis, wiring);
         self.spool_v = axis.valve.null_v;
         self.begin_anew();
     }
@@ -210,12 +211,13 @@ impl Supervisor {
         self.settled_ticks = 0;
     }
 
-    /// Judges a sample and what is asked of the loop; the state in which its command is made.
+    /// Judges a sample and what is asked of the loop, which the axis may follow or not; the state in
+    /// which its command is made.
     #[inline]
     pub fn step(
         &mut self,
         axis: &Axis<f32>,
-        (sample, reference): (&Sample, &Reference<f32>),
+        (sample, reference, may_follow): (&Sample, &Reference<f32>, bool),
         measured: &Measurements<f32>,
     ) -> State {
         if self.state == State::Fault {
@@ -227,7 +229,7 @@ impl Supervisor {
             .or_else(|| self.judge(axis, (sample, reference), measured))
         {
             Some(finding) => self.trip(finding, sample.tick),
-            None => self.go_on(reference),
+            None => self.go_on(may_follow && !stream::is_nothing(reference)),
         }
         self.state
     }
@@ -249,17 +251,13 @@ impl Supervisor {
         self.counters.faults = self.counters.faults.saturating_add(1);
     }
 
-    fn go_on(&mut self, reference: &Reference<f32>) {
+    fn go_on(&mut self, follows: bool) {
         let is_settled = self.settled_ticks >= self.limits.settle_ticks;
         self.settled_ticks = self.settled_ticks.saturating_add(1);
         if !is_settled {
             return;
         }
-        self.state = if stream::is_nothing(reference) {
-            State::Idle
-        } else {
-            State::Track
-        };
+        self.state = if follows { State::Track } else { State::Idle };
     }
 
     /// Judges the command that a reference brought, `above_null_v` from the valve's null; whether

@@ -4,6 +4,7 @@
 use super::sensors::{POSITION_SCALE_M, is_pressure_saturated, is_saturated};
 use crate::codes::{AdcCodes, FAILED_CONVERSION};
 use crate::fault::{Channel, Fault, Finding};
+use crate::settings::Wiring;
 use model_core::axis::Axis;
 use model_core::controller::Measurements;
 
@@ -30,12 +31,18 @@ pub(super) struct Range {
 }
 
 impl Range {
-    pub(super) fn new(axis: &Axis<f32>) -> Self {
+    /// Of an axis whose wiring is unchecked the supply may be as low as there is any: it is to be
+    /// checked with little air.
+    pub(super) fn new(axis: &Axis<f32>, wiring: Wiring) -> Self {
         let ambient_pa = axis.carriage.ambient_pressure_pa;
         let area_m2 = axis.carriage.area_a_m2.min(axis.carriage.area_b_m2);
         // A chamber in the middle between supply and exhaust has half of the
         // gauge pressure to work with, and half of that is a reserve.
         let breaking_away_pa = 2.0 * 2.0 * axis.friction.static_n / area_m2;
+        let needed_pa = match wiring {
+            Wiring::Checked => breaking_away_pa.clamp(LEAST_GAUGE_PA, ENOUGH_GAUGE_PA),
+            Wiring::Unchecked => LEAST_GAUGE_PA,
+        };
         let ends = [&axis.pneumatics.chamber_a, &axis.pneumatics.chamber_b]
             .map(|chamber| &chamber.geometry)
             .map(|geometry| -geometry.length_at_zero_m * geometry.length_per_position);
@@ -44,7 +51,7 @@ impl Range {
         Self {
             stroke_m: if is_cylinder { ends } else { scale },
             least_pressure_pa: LEAST_SHARE_OF_AMBIENT * ambient_pa,
-            least_supply_pa: ambient_pa + breaking_away_pa.clamp(LEAST_GAUGE_PA, ENOUGH_GAUGE_PA),
+            least_supply_pa: ambient_pa + needed_pa,
         }
     }
 

@@ -197,6 +197,9 @@ pub fn why(reason: Reason) -> &'static str {
         Reason::NotAtRest => "the load moves",
         Reason::NotThisProgram => "another program is on the board, or not all of this one",
         Reason::Impossible => "a step or the envelope is impossible",
+        Reason::Unchecked => {
+            "the wiring is unchecked: `pneuma board check-wiring` first, or places within 2 mm of the load"
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use firmware::codes::POSITION_M;
 use firmware::crash::{self, Crash};
 use firmware::link::{self, Order};
+use firmware::settings::Wiring;
 use firmware::status::Status;
 use firmware::telemetry::{Record, Streaming, read_streaming, read_tick, stream};
 use firmware::tick::State;
@@ -55,6 +56,11 @@ pub enum OrderError {
         "the board runs on built-in settings of no rig: send this rig's with `pneuma settings`"
     )]
     BuiltInSettings,
+    /// Nobody knows which way round it answers.
+    #[error(
+        "the board's wiring is unchecked, and it follows no set-point until it is: `pneuma board check-wiring`"
+    )]
+    UncheckedWiring,
     /// A place that the board cannot measure.
     #[error("{0} mm is beyond the position converter, expected {1} to {2} mm")]
     OutOfReach(f64, f64, f64),
@@ -241,7 +247,10 @@ pub fn go(
     mut watch: impl FnMut(&Progress) -> bool,
 ) -> Result<Arrival, OrderError> {
     within_reach(wish.to_m)?;
-    ready(port)?;
+    let status = ready(port)?;
+    if status.wiring == Wiring::Unchecked {
+        return Err(OrderError::UncheckedWiring);
+    }
     let streaming = begin_stream(port, DECIMATION)?;
     let outcome = watched(port, wish, &streaming, &mut watch);
     let ended = match &outcome {
@@ -296,6 +305,14 @@ fn watched(
 /// Micrometres are enough for a person.
 fn rounded_mm(length_m: f64) -> f64 {
     (1e6 * length_m).round() * 1e-3
+}
+
+/// Where the load is, as the sensor says, m.
+pub fn position_m(port: &mut Port) -> Result<f64, OrderError> {
+    begin_stream(port, DECIMATION)?;
+    let first = next_tick(port);
+    port.send(&stream(0))?;
+    Ok(measured_m(&first?))
 }
 
 fn measured_m(record: &Record) -> f64 {

@@ -9,11 +9,12 @@ use std::io::{self, Read, Write};
 use std::net::TcpListener;
 use std::time::{Duration, Instant};
 
-use firmware::codes::{AdcCodes, DacCode};
+use firmware::codes::{AdcCodes, DacCode, ValveConverter};
 use firmware::control_task::ControlTask;
 use firmware::crash;
 use firmware::experiment::frames as experiment;
 use firmware::link::{self, FromPlant, Order};
+use firmware::settings::Wiring;
 use firmware::settings::record::LONGEST_RECORD;
 use firmware::settings::slots::{Slot, SlotStorage, Slots, StorageFault};
 use firmware::settings::transfer::Transfer;
@@ -115,27 +116,39 @@ pub struct Twin<A = Plant> {
 }
 
 impl Twin {
-    /// A board with the settings of `known` at the axis of `rig`, at rest.
+    /// A board with the settings of `known`, its wiring checked or not, at the axis of `rig`, at rest.
     ///
     /// # Errors
     /// Where one of the rigs is no whole axis.
-    pub fn new(rig: &Rig, known: &Rig, plant: PlantSettings) -> Result<Self, AxisFault> {
+    pub fn new(
+        rig: &Rig,
+        (known, wiring): (&Rig, Wiring),
+        plant: PlantSettings,
+    ) -> Result<Self, AxisFault> {
         let tick_s = plant.tick_s;
-        Self::before(Plant::new(rig, plant)?, known, tick_s)
+        Self::before(Plant::new(rig, plant)?, (known, wiring), tick_s)
     }
 }
 
 impl<A: Axis> Twin<A> {
-    /// A board with the settings of `known` before an axis at rest, which is asked every `tick_s`.
+    /// A board with the settings of `known`, its wiring checked or not, before an axis at rest, which is asked every `tick_s`.
     ///
     /// # Errors
     /// Where the rig is no whole axis.
-    pub fn before(axis: A, known: &Rig, tick_s: f64) -> Result<Self, AxisFault> {
+    pub fn before(
+        axis: A,
+        (known, wiring): (&Rig, Wiring),
+        tick_s: f64,
+    ) -> Result<Self, AxisFault> {
         let dt_s = tick_s as f32;
         let slots = Slots::start(MemorySlots::blank(), dt_s);
         let (slots, _) = slots.map_err(crate::settings::RigSettingsError::Refused)?;
         let mut twin = Self {
-            task: ControlTask::new(controller(known, tick_s)?),
+            task: ControlTask::of(
+                controller(known, tick_s)?,
+                wiring,
+                ValveConverter::TwelveBits,
+            ),
             axis,
             tap: Tap::new(MIDDLE),
             slots,
@@ -258,9 +271,11 @@ impl<A: Axis> Twin<A> {
             return wire.send(&crash::told(None));
         }
         let task = &mut self.task;
-        let served = self.transfer.serve(payload, &mut self.slots, |controller| {
-            task.replace_controller(controller)
-        });
+        let served = self
+            .transfer
+            .serve(payload, &mut self.slots, |controller, wiring| {
+                task.replace_controller(controller, wiring)
+            });
         match served {
             Some(answer) => wire.send(&answer),
             None => {

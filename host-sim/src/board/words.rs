@@ -4,6 +4,7 @@
 use crate::report::number;
 use firmware::crash::Crash;
 use firmware::fault::{DESCRIPTIONS, Description, Fault, Finding};
+use firmware::settings::Wiring;
 use firmware::start::ResetCause;
 use firmware::status::Status;
 use firmware::tick::State;
@@ -112,6 +113,13 @@ pub fn lines(status: &Status) -> Vec<String> {
         "settings: built in, of no rig: send this rig's with `pneuma settings`".to_owned()
     } else {
         "settings: of this rig".to_owned()
+    });
+    lines.push(match status.wiring {
+        Wiring::Checked => "wiring: checked".to_owned(),
+        Wiring::Unchecked => {
+            "wiring: unchecked, the axis follows no set-point: `pneuma board check-wiring`"
+                .to_owned()
+        }
     });
     lines.extend(program(status));
     let counted = &status.counters;

@@ -1,10 +1,11 @@
 //! `pneuma board`: what a person tells a board.
 
-use super::CommandError;
 use super::board_port::{BoardPort, with_board};
 use super::board_run::{self, RunArguments};
+use super::check_wiring::{self, CheckWiringArguments};
 use super::inputs::{bad_input, read_rig};
 use super::stop::stop_wish;
+use super::{CommandError, wiring_of};
 use crate::board::orders::{self, Move, OrderError, Progress};
 use crate::board::port::Port;
 use crate::board::twin::Twin;
@@ -46,6 +47,8 @@ pub enum BoardOrder {
     Move(MoveArguments),
     /// Release the axis: valve to null. Ends an experiment too.
     Stop(BoardPort),
+    /// Check which way round valve, tubes, gauges and sensors answer, before anything else moves.
+    CheckWiring(CheckWiringArguments),
     /// Have the board run an experiment by itself, and record it.
     Run(RunArguments),
     /// Simulate a board: the firmware's code before a simulated axis, to try out what
@@ -86,6 +89,9 @@ pub struct TwinArguments {
     /// Seed of the sensors' noise.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// A board as delivered, whose wiring nobody has checked.
+    #[arg(long)]
+    pub unchecked: bool,
 }
 
 /// Runs the command.
@@ -114,6 +120,7 @@ pub fn run(arguments: &BoardArguments, out: &mut dyn Write) -> Result<(), Comman
             out,
         ),
         BoardOrder::Move(wish) => go(wish, out),
+        BoardOrder::CheckWiring(axis) => check_wiring::run(axis, out),
         BoardOrder::Run(experiment) => board_run::run(experiment, out),
         BoardOrder::Twin(twin) => be_a_board(twin, out),
     }
@@ -203,7 +210,7 @@ fn be_a_board(arguments: &TwinArguments, out: &mut dyn Write) -> Result<(), Comm
     let known_path = arguments.controller_rig.as_ref().unwrap_or(&arguments.rig);
     let (rig, known) = (read_rig(&arguments.rig)?, read_rig(known_path)?);
     let plant = PlantSettings::at(0.0, arguments.seed);
-    let twin = Twin::new(&rig, &known, plant);
+    let twin = Twin::new(&rig, (&known, wiring_of(arguments.unchecked)), plant);
     let mut twin = twin.map_err(|fault| rig_fault(known_path, fault))?;
     let address = &arguments.listen;
     let listener = TcpListener::bind(address).map_err(|error| {

@@ -1,11 +1,11 @@
 //! `pneuma loop`: a controller and the plant, taking turns.
 
-use super::{CommandError, inputs, outputs};
+use super::{CommandError, inputs, outputs, wiring_of};
 use crate::charts;
 use crate::closed_loop::transcript::{self, Replay};
 use crate::closed_loop::{
-    Course, Drive, HostController, Judged, RemoteController, Run, control_task, judge, recorded,
-    run as run_course, wrongly_known,
+    Course, Drive, HostController, Judged, RemoteController, Run, judge, recorded,
+    run as run_course, wired_task, wrongly_known,
 };
 use crate::model::AxisFault;
 use crate::motion::{self, Motion};
@@ -16,6 +16,7 @@ use crate::rig::{Rig, RigError};
 use crate::text::file_name;
 use clap::Args;
 use firmware::fault::DESCRIPTIONS;
+use firmware::settings::Wiring;
 use std::fs::File;
 use std::io::{BufReader, Read, Write};
 use std::net::TcpStream;
@@ -56,6 +57,10 @@ pub struct LoopArguments {
     /// How long to run: a shorter time cuts the motion off, a longer one repeats it.
     #[arg(long)]
     pub seconds: Option<f64>,
+    /// The controller is a board as delivered, whose wiring nobody has checked: it follows no
+    /// reference.
+    #[arg(long, conflicts_with = "connect")]
+    pub unchecked: bool,
     /// Run the firmware in QEMU in the controller's place.
     #[arg(long)]
     pub qemu: bool,
@@ -91,7 +96,8 @@ pub fn run(arguments: &LoopArguments, out: &mut dyn Write) -> Result<(), Command
     let known = arguments.controller_rig.as_ref().unwrap_or(&arguments.rig);
     let controller_rig = inputs::read_rig(known)?;
     if let Some(path) = &arguments.replay {
-        return replay(path, &controller_rig, known, out);
+        let wiring = wiring_of(arguments.unchecked);
+        return replay(path, (&controller_rig, known), wiring, out);
     }
     let rig = inputs::read_rig(&arguments.rig)?;
     let controller_rig = match arguments.wrongly_known {
@@ -103,6 +109,12 @@ pub fn run(arguments: &LoopArguments, out: &mut dyn Write) -> Result<(), Command
     let judged = judge(&run, &motion);
     write_outputs(arguments, &rig, &run, &judged, tick_s)?;
     summarise(&run, &judged, out)?;
+    if arguments.unchecked {
+        writeln!(
+            out,
+            "the controller's wiring is unchecked: it follows no reference"
+        )?;
+    }
     Ok(())
 }
 
@@ -145,7 +157,8 @@ fn driven(
 ) -> Result<(Run, f64), CommandError> {
     let task = || {
         let known = arguments.controller_rig.as_ref().unwrap_or(&arguments.rig);
-        control_task(controller_rig).map_err(|fault| rig_fault(known, fault))
+        let wiring = wiring_of(arguments.unchecked);
+        wired_task(controller_rig, wiring).map_err(|fault| rig_fault(known, fault))
     };
     let run_with = |drive: &mut dyn Drive, tick_s: f64| {
         let settings = PlantSettings {
@@ -204,6 +217,7 @@ fn in_qemu(
         .args(["xtask", "qemu", "--rig"])
         .arg(known)
         .args(["--serial", &address])
+        .args(arguments.unchecked.then_some("--unchecked"))
         .stdout(Stdio::null())
         .spawn()
         .map_err(|error| {
@@ -377,14 +391,14 @@ fn fault_name(code: u8) -> &'static str {
 
 fn replay(
     path: &Path,
-    rig: &Rig,
-    rig_path: &Path,
+    (rig, rig_path): (&Rig, &Path),
+    wiring: Wiring,
     out: &mut dyn Write,
 ) -> Result<(), CommandError> {
     let name = file_name(&path.display().to_string());
     let file = File::open(path)
         .map_err(|error| inputs::bad_input(format!("{name}: cannot be read: {error}")))?;
-    let task = control_task(rig).map_err(|fault| rig_fault(rig_path, fault))?;
+    let task = wired_task(rig, wiring).map_err(|fault| rig_fault(rig_path, fault))?;
     let replay = transcript::replay(BufReader::new(file), task)
         .map_err(|error| inputs::bad_input(format!("{name}: {error}")))?;
     let Replay {

@@ -1,29 +1,27 @@
 //! `pneuma commission`: from a board with a rig file to an acceptance sheet, step by step.
 
 use std::fs;
-use std::io::{self, BufRead, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use firmware::experiment::Reason;
+use firmware::settings::Wiring;
 use serde_json::Value;
 
-use super::board_port::{BoardPort, not_done};
-use super::board_run::{RunArguments, ending, lines_of, recorded};
+use super::board_port::BoardPort;
+use super::check_wiring::check;
 use super::diagnose::{self, DiagnoseArguments};
 use super::inputs::{bad_input, bare_name, provenance, read_rig};
+use super::on_board::{OnBoard, announce, note};
 use super::outputs::{write_json, write_page, write_text};
-use super::settings::to_board;
 use super::{CommandError, typed};
 use crate::board::orders;
-use crate::board::port::Port;
-use crate::board::send::{Kept, SendError};
+use crate::board::send::Kept;
 use crate::board::words;
 use crate::commission::programs;
 use crate::commission::score::Run;
 use crate::commission::sheet::{Runs, sheet};
 use crate::commission::steps::{Progress, Step};
-use crate::experiment;
 use crate::recording::Recording;
 use crate::rig::Rig;
 
@@ -35,7 +33,7 @@ const RECORDINGS: [&str; 3] = ["train-1", "train-2", "held-out"];
 /// A recording that ended early is used if it is so long, s.
 const LEAST_S: f64 = 5.0;
 
-/// Bring a board into service: settings, first motion, score, recordings, diagnosis,
+/// Bring a board into service: settings, wiring, score, recordings, diagnosis,
 /// improved settings, score, acceptance sheet.
 ///
 /// Says before each motion what will move and within what, and waits for a key. It can be
@@ -112,6 +110,15 @@ pub fn run(arguments: &CommissionArguments, out: &mut dyn Write) -> Result<(), C
     Ok(writeln!(way.out, "{sheet}")?)
 }
 
+fn on_board(arguments: &CommissionArguments) -> OnBoard<'_> {
+    OnBoard {
+        port: &arguments.port,
+        rig: &arguments.rig,
+        folder: &arguments.folder,
+        yes: arguments.yes,
+    }
+}
+
 struct Way<'a> {
     arguments: &'a CommissionArguments,
     rig: &'a Rig,
@@ -131,12 +138,8 @@ impl Way<'_> {
     fn go(&mut self, step: Step) -> Result<(), CommandError> {
         match step {
             Step::Board => self.board(),
-            Step::Settings => self.be_careful(),
-            Step::FirstMotion => {
-                let program = programs::first_motion(self.rig);
-                let ended = self.experiment("first-motion", program)?;
-                ended.map_or(Ok(()), |why| Err(bad_input(why)))
-            }
+            Step::Settings => self.settings(),
+            Step::Wiring => self.wiring(),
             // An axis that is not as the rig file says may not be scored yet: that is why it is diagnosed.
             Step::ScoreBefore => {
                 let rig = self.arguments.rig.display().to_string();
@@ -164,14 +167,21 @@ impl Way<'_> {
     }
 
     fn noted(&mut self, what: &str) -> Result<(), CommandError> {
-        Ok(writeln!(self.out, "  note: {what}")?)
+        note(what, self.out)
+    }
+
+    fn wiring(&mut self) -> Result<(), CommandError> {
+        let [rig, folder] = [&self.arguments.rig, &self.arguments.folder];
+        let [rig, folder] = [rig, folder].map(|path| path.display().to_string());
+        let serial = &self.arguments.port.serial;
+        let words = ["board", "check-wiring", "--rig", &rig, "--serial", serial];
+        announce(&[&words[..], &["--folder", &folder]].concat(), self.out)?;
+        check(&on_board(self.arguments), self.rig, self.out)
     }
 
     /// What the board says; a fault ends the way here.
     fn board(&mut self) -> Result<(), CommandError> {
-        let mut port = self.port()?;
-        let status = orders::status(&mut port);
-        let status = status.map_err(|error| not_done(&self.arguments.port.serial, &error))?;
+        let status = on_board(self.arguments).asked(orders::status)?;
         for line in words::lines(&status) {
             writeln!(self.out, "  {line}")?;
         }
@@ -182,37 +192,43 @@ impl Way<'_> {
         Ok(())
     }
 
-    fn port(&self) -> Result<Port, CommandError> {
-        let BoardPort { serial, baud } = &self.arguments.port;
-        Port::open(serial, *baud).map_err(bad_input)
+    /// Settings to the board, whose wiring was checked; what is only tried is not stored.
+    fn send(&mut self, rig: &str, kept: Kept) -> Result<(), CommandError> {
+        let serial = &self.arguments.port.serial;
+        let mut words = vec!["settings", "--rig", rig, "--serial", serial];
+        words.push("--wiring-checked");
+        words.extend((kept == Kept::UntilStart).then_some("--try-out"));
+        announce(&words, self.out)?;
+        let settings = (&read_rig(Path::new(rig))?, rig);
+        on_board(self.arguments).send(settings, (Wiring::Checked, kept), self.out)
     }
 
-    /// Settings to the board: what is only tried is not stored.
-    fn send(&mut self, rig: &str, kept: Kept) -> Result<(), CommandError> {
-        let BoardPort { serial, baud } = self.arguments.port.clone();
-        let mut words = vec!["settings", "--rig", rig, "--serial", &serial];
-        words.extend((kept == Kept::UntilStart).then_some("--try-out"));
-        self.announce(&words)?;
-        let settings = crate::settings::settings(&read_rig(Path::new(rig))?);
-        let settings = settings.map_err(|error| bad_input(format!("{rig}: {error}")))?;
-        match to_board((&serial, baud), &settings, kept)? {
-            Ok(()) => self.noted(kept.text())?,
-            Err(SendError::NotKept(verdict)) => self.noted(verdict.explanation())?,
-            Err(error) => return Err(bad_input(format!("{serial}: {error}"))),
-        }
-        Ok(())
+    /// As of an unchecked axis: nothing can move far.
+    fn settings(&mut self) -> Result<(), CommandError> {
+        let careful = self.careful()?;
+        let rig = careful.display().to_string();
+        let serial = &self.arguments.port.serial;
+        let words = ["settings", "--rig", &rig, "--serial", serial, "--try-out"];
+        announce(&words, self.out)?;
+        let settings = (&read_rig(&careful)?, rig.as_str());
+        let kept = (Wiring::Unchecked, Kept::UntilStart);
+        on_board(self.arguments).send(settings, kept, self.out)
     }
 
     /// The loop is slower meanwhile: it is to stay quiet about an axis of which the settings do not
     /// know all.
     fn be_careful(&mut self) -> Result<(), CommandError> {
-        let careful = self.path("careful.toml");
-        let text = Rig::edited_file(&self.arguments.rig, &programs::careful(self.rig));
-        write_text(&careful, &text.map_err(bad_input)?)?;
+        let careful = self.careful()?;
         self.send(&careful.display().to_string(), Kept::UntilStart)
     }
 
-    /// Writes an experiment, says it, asks, and runs it; why it ended early, if it did.
+    fn careful(&self) -> Result<PathBuf, CommandError> {
+        let careful = self.path("careful.toml");
+        let text = Rig::edited_file(&self.arguments.rig, &programs::careful(self.rig));
+        write_text(&careful, &text.map_err(bad_input)?)?;
+        Ok(careful)
+    }
+
     fn experiment(
         &mut self,
         name: &str,
@@ -224,67 +240,7 @@ impl Way<'_> {
                 "{rig}: the stroke is not known: give [cylinder] stroke_m"
             ))
         })?;
-        let [file, out] = ["toml", "csv"].map(|kind| self.path(&format!("{name}.{kind}")));
-        let program = experiment::parse(&text, &file.display().to_string()).map_err(bad_input)?;
-        write_text(&file, &text)?;
-        for line in lines_of(&program) {
-            writeln!(self.out, "  {line}")?;
-        }
-        self.ask()?;
-        let arguments = RunArguments {
-            experiment: file,
-            port: self.arguments.port.clone(),
-            rig: self.arguments.rig.clone(),
-            out,
-        };
-        self.announce(&[
-            "board",
-            "run",
-            &arguments.experiment.display().to_string(),
-            "--serial",
-            &arguments.port.serial,
-            "--rig",
-            &arguments.rig.display().to_string(),
-            "--out",
-            &arguments.out.display().to_string(),
-        ])?;
-        let (program, report) = recorded(&arguments, &mut io::sink())?;
-        match (ending(&program, &report), report.reason) {
-            (Some(why), Reason::Fault) => Ok(Some(format!("{why}: {}", self.acknowledged()?))),
-            (why, _) => Ok(why),
-        }
-    }
-
-    /// The fault that the board has, which is acknowledged: nothing moves until it is asked anew.
-    fn acknowledged(&mut self) -> Result<String, CommandError> {
-        let mut port = self.port()?;
-        let mut asked = || {
-            let status = orders::status(&mut port)?;
-            orders::acknowledge(&mut port)?;
-            Ok(status)
-        };
-        let status = asked().map_err(|error| not_done(&self.arguments.port.serial, &error))?;
-        let fault = status.finding.map(words::fault_line);
-        Ok(fault.unwrap_or_else(|| "the fault is gone".into()))
-    }
-
-    fn ask(&mut self) -> Result<(), CommandError> {
-        if self.arguments.yes {
-            return Ok(());
-        }
-        write!(
-            self.out,
-            "  Everybody out of the way? y to go on, anything else to stop: "
-        )?;
-        self.out.flush()?;
-        let mut answer = String::new();
-        io::stdin().lock().read_line(&mut answer)?;
-        if answer.trim().eq_ignore_ascii_case("y") {
-            return Ok(());
-        }
-        Err(bad_input(
-            "stopped; nothing was moved, and the same command goes on from here",
-        ))
+        on_board(self.arguments).experiment((name, &text), self.out)
     }
 
     /// A run that ends early has shown something too, if it lasted.
@@ -327,7 +283,7 @@ impl Way<'_> {
             "--json",
             &json,
         ];
-        self.announce(&words)?;
+        announce(&words, self.out)?;
         diagnose::run(&typed::<DiagnoseArguments>(&words)?, self.out)?;
         let text = fs::read_to_string(&json)?;
         let verdict: Value = serde_json::from_str(&text).map_err(bad_input)?;
@@ -363,10 +319,5 @@ impl Way<'_> {
         page.provenance(provenance(&files));
         let path = self.path("sheet.html");
         write_page(&path, &page)
-    }
-
-    fn announce(&mut self, words: &[&str]) -> Result<(), CommandError> {
-        writeln!(self.out, "  pneuma {}", words.join(" "))?;
-        Ok(self.out.flush()?)
     }
 }

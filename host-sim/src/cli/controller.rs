@@ -1,7 +1,8 @@
 //! `pneuma controller`: the control code of the firmware at the end of a link.
 
+use super::wiring_of;
 use super::{CommandError, inputs};
-use crate::closed_loop::{control_task, serve};
+use crate::closed_loop::{serve, wired_task};
 use crate::plant::PlantSettings;
 use crate::rig::RigError;
 use clap::Args;
@@ -20,6 +21,9 @@ pub struct ControllerArguments {
     /// Where to listen, such as 127.0.0.1:7000; port 0 takes a free one.
     #[arg(long)]
     pub listen: String,
+    /// Be a board as delivered, whose wiring nobody has checked: it follows no reference.
+    #[arg(long)]
+    pub unchecked: bool,
 }
 
 /// Runs the command. The first line says where it listens.
@@ -29,7 +33,7 @@ pub struct ControllerArguments {
 /// away without ending the run.
 pub fn run(arguments: &ControllerArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     let rig = inputs::read_rig(&arguments.rig)?;
-    let mut task = control_task(&rig).map_err(|fault| {
+    let mut task = wired_task(&rig, wiring_of(arguments.unchecked)).map_err(|fault| {
         inputs::bad_input(RigError {
             file: arguments.rig.display().to_string(),
             line: None,

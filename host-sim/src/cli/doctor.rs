@@ -10,6 +10,7 @@ use crate::rig::Rig;
 use crate::settings::settings;
 use crate::text::file_name;
 use clap::Args;
+use firmware::settings::Wiring;
 use firmware::tick::State;
 use std::fmt;
 use std::io::Write;
@@ -252,6 +253,13 @@ fn answers(port: &mut Port) -> Result<Vec<Look>, OrderError> {
             "settings",
             Found::Note,
             "the board's are built in: send those of a rig with `pneuma settings`",
+        ));
+    }
+    if status.wiring == Wiring::Unchecked {
+        looks.push(look(
+            "wiring",
+            Found::Note,
+            "unchecked: `pneuma board check-wiring` before anything moves",
         ));
     }
     if let Some(crash) = orders::last_crash(port)? {

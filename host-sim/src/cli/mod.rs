@@ -5,6 +5,7 @@ pub mod board;
 pub mod board_port;
 pub mod board_run;
 pub mod check;
+pub mod check_wiring;
 pub mod closed_loop;
 pub mod commission;
 pub mod compare;
@@ -20,6 +21,7 @@ pub mod identify;
 pub mod init;
 mod inputs;
 pub mod inspect;
+mod on_board;
 mod outputs;
 pub mod paper;
 pub mod record;
@@ -31,6 +33,7 @@ pub mod simulate;
 mod stop;
 pub mod trial;
 
+use firmware::settings::Wiring;
 use std::io::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -55,6 +58,15 @@ pub enum CommandError {
     /// The output could not be written.
     #[error("cannot write: {0}")]
     Output(#[from] io::Error),
+}
+
+/// What is known of the wiring, of a board as delivered or not.
+fn wiring_of(is_unchecked: bool) -> Wiring {
+    if is_unchecked {
+        Wiring::Unchecked
+    } else {
+        Wiring::Checked
+    }
 }
 
 /// A command's arguments from what a user would type.

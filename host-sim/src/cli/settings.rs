@@ -9,9 +9,9 @@ use firmware::settings::Settings;
 use firmware::settings::record::{self, VERSION, content_crc};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::CommandError;
 use super::inputs::{bad_input, read_rig};
 use super::outputs::{check_outputs, write_bytes};
+use super::{CommandError, wiring_of};
 use crate::board::image::write_into;
 use crate::board::port::{BAUD, Port};
 use crate::board::send::{Kept, SendError, send};
@@ -50,6 +50,10 @@ pub struct SettingsArguments {
     /// The board uses them until its next start and does not store them.
     #[arg(long, requires = "serial")]
     pub try_out: bool,
+    /// The wiring of this axis was checked with this rig (`pneuma board check-wiring`): without
+    /// it the board follows no reference until it is checked.
+    #[arg(long, requires = "rig")]
+    pub wiring_checked: bool,
 }
 
 /// Runs the command, writing to `out`.
@@ -69,7 +73,10 @@ pub fn run(arguments: &SettingsArguments, out: &mut dyn Write) -> Result<(), Com
     check_outputs(&[rig_path], &outputs)?;
     let rig = read_rig(rig_path)?;
     let rig_name = file_name(&rig_path.display().to_string());
-    let settings = settings(&rig).map_err(|error| bad_input(format!("{rig_name}: {error}")))?;
+    let settings = Settings {
+        wiring: wiring_of(!arguments.wiring_checked),
+        ..settings(&rig).map_err(|error| bad_input(format!("{rig_name}: {error}")))?
+    };
     for line in stays_behind(&rig) {
         writeln!(out, "note: {line}; it is not among the settings")?;
     }

@@ -3,8 +3,10 @@
 use crate::model::AxisFault;
 use crate::plant::PlantSettings;
 use crate::rig::Rig;
+use firmware::codes::ValveConverter;
 use firmware::control_task::ControlTask;
 use firmware::link::{self, CommandRecord};
+use firmware::settings::Wiring;
 use firmware::tick::Sample;
 use model_core::controller::Controller;
 
@@ -53,7 +55,13 @@ pub fn controller(rig: &Rig) -> Result<Controller<f32>, AxisFault> {
     Ok(crate::settings::controller(rig, PlantSettings::TICK_S)?)
 }
 
-/// The control task for a rig.
+/// The control task for a rig whose wiring was checked.
 pub fn control_task(rig: &Rig) -> Result<ControlTask, AxisFault> {
-    Ok(ControlTask::new(controller(rig)?))
+    wired_task(rig, Wiring::Checked)
+}
+
+/// The control task for a rig whose wiring was checked or not.
+pub fn wired_task(rig: &Rig, wiring: Wiring) -> Result<ControlTask, AxisFault> {
+    let converter = ValveConverter::TwelveBits;
+    Ok(ControlTask::of(controller(rig)?, wiring, converter))
 }

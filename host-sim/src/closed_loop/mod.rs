@@ -26,7 +26,7 @@ mod tune;
 mod wire;
 
 pub use crate::knowledge::wrongly_known;
-pub use drive::{Drive, DriveError, HostController, control_task, controller};
+pub use drive::{Drive, DriveError, HostController, control_task, controller, wired_task};
 pub use judge::{AFTER_MOVE_S, Judged, judge};
 pub use pid::{PidController, PidGains};
 pub use record::recorded;

@@ -5,9 +5,6 @@ use crate::rig::Rig;
 use crate::scenario::stroke_range_m;
 use model_core::controller::Gains;
 
-/// The first motion's amplitude, m, and the most that it may take.
-const FIRST_M: f64 = 0.003;
-const FIRST_M_PER_S: f64 = 0.5;
 /// The usual stroke of a score, m, or this part of a shorter one.
 const STROKE_M: f64 = 0.06;
 const PART: f64 = 0.3;
@@ -22,19 +19,6 @@ pub const SWING_HZ: f64 = 0.5;
 const PERIODS: u32 = 4;
 /// Heights of the pulses of the recordings, V: a small one, one of usual motions, a large one.
 const PULSES_V: [f64; 3] = [1.2, 0.8, 1.6];
-
-/// Around where the load is, some millimetres: the board finds a valve or gauges the wrong way
-/// round before the load has moved two.
-pub fn first_motion(rig: &Rig) -> Option<String> {
-    let envelope = envelope_text(rig, stroke_range_m(rig)?, FIRST_M_PER_S);
-    Some(format!(
-        "{}{envelope}{}{}{}",
-        head("The first motion"),
-        step_text("hold", &[("seconds", 1.0)]),
-        sine(FIRST_M, 0.5, 2),
-        step_text("hold", &[("seconds", 1.0)])
-    ))
-}
 
 /// Moves and a sine, whose errors are the score.
 pub fn score(rig: &Rig) -> Option<String> {
@@ -158,6 +142,7 @@ fn sine(amplitude_m: f64, frequency_hz: f64, periods: u32) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::wiring;
     use super::*;
     use crate::experiment;
 
@@ -171,7 +156,8 @@ mod tests {
             let rig = Rig::parse(text, "rig.toml").expect("a rig");
             let [low_m, high_m] = stroke_range_m(&rig).expect("a stroke");
             let all = [
-                first_motion(&rig),
+                wiring::pulses(&rig, 0.04).ok(),
+                Some(wiring::swing(&rig, 0.04)),
                 score(&rig),
                 varied(&rig, 0),
                 varied(&rig, 1),

@@ -14,8 +14,8 @@ pub enum Step {
     Board,
     /// The rig file's numbers to the board.
     Settings,
-    /// Some millimetres to and fro.
-    FirstMotion,
+    /// Which way round the axis answers.
+    Wiring,
     /// The score with the rig file as it is.
     ScoreBefore,
     /// Varied motion, recorded three times.
@@ -35,7 +35,7 @@ impl Step {
     pub const ALL: [Self; 9] = [
         Self::Board,
         Self::Settings,
-        Self::FirstMotion,
+        Self::Wiring,
         Self::ScoreBefore,
         Self::Recordings,
         Self::Diagnosis,
@@ -49,7 +49,7 @@ impl Step {
         match self {
             Self::Board => "board",
             Self::Settings => "settings",
-            Self::FirstMotion => "first-motion",
+            Self::Wiring => "wiring",
             Self::ScoreBefore => "score-before",
             Self::Recordings => "recordings",
             Self::Diagnosis => "diagnosis",
@@ -66,9 +66,9 @@ impl Step {
             Self::Settings => {
                 "The rig file's numbers go to the board, with a slower loop until the axis is known; nothing moves."
             }
-            Self::FirstMotion => {
-                "The load swings 3 mm about where it is. The board checks valve and gauges: what is the \
-                 wrong way round it says before the load has moved 2 mm."
+            Self::Wiring => {
+                "Pulses of the valve that the load hardly feels, then a swing of 1 mm about where it is, \
+                 within 2 mm that the board keeps: what is the wrong way round is named."
             }
             Self::ScoreBefore => {
                 "Moves and a sine, as the rig file has the axis: how far the load is from its reference."

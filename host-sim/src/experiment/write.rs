@@ -23,20 +23,23 @@ pub fn envelope_text(rig: &Rig, [low_m, high_m]: [f64; 2], speed_m_per_s: f64) -
     let area_m2 = area_m2("cylinder.area_a_m2").max(area_m2("cylinder.area_b_m2"));
     let most_pa = (ROOM * supply_pa).min(HIGHEST_PA);
     format!(
-        "[envelope]\nposition_m = [{:.3}, {:.3}]\nspeed_m_s = {speed_m_per_s:?}\npressure_Pa = [{LOWEST_PA:.1}, {most_pa:.1}]\nforce_N = {:.1}\n",
-        low_m.max(-FARTHEST_M),
-        high_m.min(FARTHEST_M),
+        "[envelope]\nposition_m = [{:?}, {:?}]\nspeed_m_s = {speed_m_per_s:?}\npressure_Pa = [{LOWEST_PA:.1}, {most_pa:.1}]\nforce_N = {:.1}\n",
+        rounded(low_m.max(-FARTHEST_M)),
+        rounded(high_m.min(FARTHEST_M)),
         ROOM * supply_pa * area_m2
     )
+}
+
+/// Four digits behind the point: tenths of a millivolt, of a millimetre, of a millisecond.
+fn rounded(value: f64) -> f64 {
+    (1e4 * value).round() / 1e4
 }
 
 /// A step, `[[step]]` and its keys.
 pub fn step_text(kind: &str, numbers: &[(&str, f64)]) -> String {
     let mut text = format!("\n[[step]]\nkind = \"{kind}\"\n");
     for (key, value) in numbers {
-        // Four digits behind the point: tenths of a millivolt, of a millimetre, of a millisecond.
-        let rounded = (1e4 * value).round() / 1e4;
-        let _ = writeln!(text, "{key} = {rounded:?}");
+        let _ = writeln!(text, "{key} = {:?}", rounded(*value));
     }
     text
 }

@@ -105,7 +105,7 @@ pub struct Outcome {
     /// started the wrong way round, after it was braked.
     pub was_at_null: bool,
     /// Once the cause was gone and acknowledged, the axis tracked again, and
-    /// not before; or stayed in fault where that is right.
+    /// not before; or stayed in fault, or idle until its wiring is checked, where that is right.
     pub came_back: bool,
     /// Largest error of the load against its reference up to the reaction, m.
     pub astray_m: f64,
@@ -245,7 +245,12 @@ fn watch(
             outcome.came_back &= last == expected as u8;
         }
     }
-    let expected = if stays { State::Fault } else { State::Track };
+    let expected = match outcome.fault {
+        _ if stays => State::Fault,
+        // Its wiring is to be checked anew before it follows a reference.
+        Some(Fault::WrongPolarity) => State::Idle,
+        _ => State::Track,
+    };
     outcome.came_back &= last == expected as u8;
     Ok(())
 }

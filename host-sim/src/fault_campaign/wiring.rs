@@ -60,7 +60,8 @@ impl Wiring {
         }
     }
 
-    fn seen(self, codes: AdcCodes) -> AdcCodes {
+    /// What the converters see of these codes.
+    pub fn seen(self, codes: AdcCodes) -> AdcCodes {
         let mut seen = codes;
         if matches!(self, Self::ExchangedGauges | Self::ExchangedPorts) {
             std::mem::swap(&mut seen.pressure_a, &mut seen.pressure_b);
@@ -74,7 +75,8 @@ impl Wiring {
         seen
     }
 
-    fn driven(self, command: DacCode, null: DacCode) -> DacCode {
+    /// What the valve gets of a command.
+    pub fn driven(self, command: DacCode, null: DacCode) -> DacCode {
         if matches!(self, Self::ReversedValve | Self::ExchangedPorts) {
             let mirrored = 2 * i32::from(null.0) - i32::from(command.0);
             DacCode(mirrored.clamp(0, i32::from(u16::MAX)) as u16)

@@ -9,6 +9,7 @@ use crate::output::Pending;
 use crate::rig::Rig;
 use crate::settings::settings;
 use firmware::link;
+use firmware::settings::Settings;
 use firmware::settings::record::encode_content;
 use firmware::status::Status;
 use firmware::telemetry::{read_tick, stream};
@@ -191,7 +192,12 @@ impl Talk {
 
     fn send(&self, port: &mut Port, kept: Kept) -> Result<(), Failed> {
         let refused = |why: String| Failed::Refused(why);
-        let settings = settings(&self.rig).map_err(|error| refused(error.to_string()))?;
+        let status = orders::status(port).map_err(|error| refused(error.to_string()))?;
+        let settings = Settings {
+            // Gains change nothing of it.
+            wiring: status.wiring,
+            ..settings(&self.rig).map_err(|error| refused(error.to_string()))?
+        };
         let content = encode_content(&settings)
             .ok_or_else(|| refused("the settings are longer than any record".into()))?;
         send(port, &content, kept, |_| {}).map_err(|error| match error {

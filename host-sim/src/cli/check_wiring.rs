@@ -1,0 +1,129 @@
+//! `pneuma board check-wiring`: which way round valve, tubes, gauges and sensors answer.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use firmware::settings::Wiring as Known;
+
+use super::CommandError;
+use super::board_port::BoardPort;
+use super::inputs::{bad_input, read_rig};
+use super::on_board::{OnBoard, note};
+use crate::board::orders;
+use crate::board::send::Kept;
+use crate::commission::programs::careful;
+use crate::commission::wiring::{Answer, Wiring, answer, found, pulses, swing, turned_over};
+use crate::recording::Recording;
+use crate::rig::Rig;
+
+/// Names of the experiments.
+const PULSES: &str = "wiring-pulses";
+const SWING: &str = "wiring-swing";
+
+/// Check which way round the axis answers, and have the board know it.
+///
+/// The board gets the rig's settings as of an unchecked axis: it follows no set-point,
+/// and experiments reach no farther than 2 mm from the load. Four pulses of the valve
+/// show which chamber rises; then the loop swings the load 1 mm. Reversed valve,
+/// exchanged tubes or gauges, a tube that is off, a reversed position or velocity are
+/// named. If all is right, the board stores the settings as those of a checked axis.
+#[derive(Args, Clone, Debug)]
+pub struct CheckWiringArguments {
+    /// Where the board is.
+    #[command(flatten)]
+    pub port: BoardPort,
+    /// The rig file.
+    #[arg(long)]
+    pub rig: PathBuf,
+    /// Where the experiments and their recordings go.
+    #[arg(long)]
+    pub folder: PathBuf,
+    /// Do not ask before a motion.
+    #[arg(long)]
+    pub yes: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If the board is not ready, or something is the wrong way round.
+pub fn run(arguments: &CheckWiringArguments, out: &mut dyn Write) -> Result<(), CommandError> {
+    let rig = read_rig(&arguments.rig)?;
+    std::fs::create_dir_all(&arguments.folder)?;
+    let board = OnBoard {
+        port: &arguments.port,
+        rig: &arguments.rig,
+        folder: &arguments.folder,
+        yes: arguments.yes,
+    };
+    check(&board, &rig, out)?;
+    let name = arguments.rig.display().to_string();
+    board.send((&rig, &name), (Known::Checked, Kept::Stored), out)
+}
+
+/// Checks the wiring; an error that names what is the wrong way round, unless nothing is.
+pub(super) fn check(
+    board: &OnBoard<'_>,
+    rig: &Rig,
+    out: &mut dyn Write,
+) -> Result<(), CommandError> {
+    match looked_into(board, rig, out)? {
+        Wiring::Right => note(Wiring::Right.text(), out),
+        wrong => Err(bad_input(format!("wiring: {}", wrong.text()))),
+    }
+}
+
+fn looked_into(
+    board: &OnBoard<'_>,
+    rig: &Rig,
+    out: &mut dyn Write,
+) -> Result<Wiring, CommandError> {
+    let name = board.rig.display().to_string();
+    let no_axis = |fault: crate::model::AxisFault| {
+        bad_input(format!(
+            "{name}: {}: {}, expected {}",
+            fault.key, fault.problem, fault.expected
+        ))
+    };
+    board.send(
+        (&careful(rig), &name),
+        (Known::Unchecked, Kept::UntilStart),
+        out,
+    )?;
+    let text = pulses(rig, stands_at_m(board)?).map_err(no_axis)?;
+    let ended = board.experiment((PULSES, &text), out)?;
+    let is_turned_over = match answer(&read(board, PULSES, rig)?, rig) {
+        Some(Answer::Ended(wiring)) => return Ok(wiring),
+        Some(Answer::Right) if ended.is_none() => false,
+        Some(Answer::Reversed) if ended.is_none() => true,
+        _ => return Err(unclear(ended)),
+    };
+    let used = if is_turned_over {
+        turned_over(rig)
+    } else {
+        rig.clone()
+    };
+    if is_turned_over {
+        let settings = (&careful(&used), name.as_str());
+        board.send(settings, (Known::Unchecked, Kept::UntilStart), out)?;
+    }
+    let ended = board.experiment((SWING, &swing(rig, stands_at_m(board)?)), out)?;
+    let recording = read(board, SWING, rig)?;
+    let shown = found(&recording, &used, (ended.is_none(), is_turned_over));
+    shown.ok_or_else(|| unclear(ended))
+}
+
+fn unclear(ended: Option<String>) -> CommandError {
+    let why = ended.unwrap_or_else(|| "the load did not move".into());
+    bad_input(format!("wiring: not told: {why}"))
+}
+
+fn stands_at_m(board: &OnBoard<'_>) -> Result<f64, CommandError> {
+    board.asked(orders::position_m)
+}
+
+fn read(board: &OnBoard<'_>, name: &str, rig: &Rig) -> Result<Recording, CommandError> {
+    let path = board.path(&format!("{name}.csv"));
+    Recording::read(&path, &rig.signals).map_err(bad_input)
+}

@@ -1,0 +1,151 @@
+//! What `commission` and `board check-wiring` do at a board: send settings, run an experiment that
+//! is written to a file, said and asked for before anything moves.
+
+use std::io::{self, BufRead, Write};
+use std::path::{Path, PathBuf};
+
+use firmware::experiment::Reason;
+use firmware::settings::{Settings, Wiring};
+
+use super::CommandError;
+use super::board_port::{BoardPort, not_done};
+use super::board_run::{RunArguments, ending, lines_of, recorded};
+use super::inputs::bad_input;
+use super::outputs::write_text;
+use super::settings::to_board;
+use crate::board::orders;
+use crate::board::port::Port;
+use crate::board::send::{Kept, SendError};
+use crate::board::words;
+use crate::experiment;
+use crate::rig::Rig;
+
+/// A board, the rig file of its axis, and where files go.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnBoard<'a> {
+    pub port: &'a BoardPort,
+    pub rig: &'a Path,
+    pub folder: &'a Path,
+    /// Do not ask before a motion.
+    pub yes: bool,
+}
+
+impl OnBoard<'_> {
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    pub fn open(&self) -> Result<Port, CommandError> {
+        Port::open(&self.port.serial, self.port.baud).map_err(bad_input)
+    }
+
+    /// Asks the board.
+    pub fn asked<Answer>(
+        &self,
+        question: impl FnOnce(&mut Port) -> Result<Answer, orders::OrderError>,
+    ) -> Result<Answer, CommandError> {
+        let answer = question(&mut self.open()?);
+        answer.map_err(|error| not_done(&self.port.serial, &error))
+    }
+
+    /// Settings to the board; whether they are kept is said.
+    pub fn send(
+        &self,
+        (rig, rig_name): (&Rig, &str),
+        (wiring, kept): (Wiring, Kept),
+        out: &mut dyn Write,
+    ) -> Result<(), CommandError> {
+        let serial = &self.port.serial;
+        let settings = crate::settings::settings(rig);
+        let settings = Settings {
+            wiring,
+            ..settings.map_err(|error| bad_input(format!("{rig_name}: {error}")))?
+        };
+        match to_board((serial, self.port.baud), &settings, kept)? {
+            Ok(()) => note(kept.text(), out),
+            Err(SendError::NotKept(verdict)) => note(verdict.explanation(), out),
+            Err(error) => Err(bad_input(format!("{serial}: {error}"))),
+        }
+    }
+
+    /// Writes an experiment, says it, asks, and runs it; why it ended early, if it did.
+    pub fn experiment(
+        &self,
+        (name, text): (&str, &str),
+        out: &mut dyn Write,
+    ) -> Result<Option<String>, CommandError> {
+        let [file, recording] = ["toml", "csv"].map(|kind| self.path(&format!("{name}.{kind}")));
+        let program = experiment::parse(text, &file.display().to_string()).map_err(bad_input)?;
+        write_text(&file, text)?;
+        for line in lines_of(&program) {
+            writeln!(out, "  {line}")?;
+        }
+        self.ask(out)?;
+        let arguments = RunArguments {
+            experiment: file,
+            port: self.port.clone(),
+            rig: self.rig.to_owned(),
+            out: recording,
+        };
+        announce(
+            &[
+                "board",
+                "run",
+                &arguments.experiment.display().to_string(),
+                "--serial",
+                &arguments.port.serial,
+                "--rig",
+                &arguments.rig.display().to_string(),
+                "--out",
+                &arguments.out.display().to_string(),
+            ],
+            out,
+        )?;
+        let (program, report) = recorded(&arguments, &mut io::sink())?;
+        match (ending(&program, &report), report.reason) {
+            (Some(why), Reason::Fault) => Ok(Some(format!("{why}: {}", self.acknowledged()?))),
+            (why, _) => Ok(why),
+        }
+    }
+
+    /// The fault that the board has, which is acknowledged: nothing moves until it is asked anew.
+    fn acknowledged(&self) -> Result<String, CommandError> {
+        let status = self.asked(|port| {
+            let status = orders::status(port)?;
+            orders::acknowledge(port)?;
+            Ok(status)
+        })?;
+        let fault = status.finding.map(words::fault_line);
+        Ok(fault.unwrap_or_else(|| "the fault is gone".into()))
+    }
+
+    fn ask(&self, out: &mut dyn Write) -> Result<(), CommandError> {
+        if self.yes {
+            return Ok(());
+        }
+        write!(
+            out,
+            "  Everybody out of the way? y to go on, anything else to stop: "
+        )?;
+        out.flush()?;
+        let mut answer = String::new();
+        io::stdin().lock().read_line(&mut answer)?;
+        if answer.trim().eq_ignore_ascii_case("y") {
+            return Ok(());
+        }
+        Err(bad_input(
+            "stopped; nothing was moved, and the same command goes on from here",
+        ))
+    }
+}
+
+/// A line below a step.
+pub(super) fn note(what: &str, out: &mut dyn Write) -> Result<(), CommandError> {
+    Ok(writeln!(out, "  note: {what}")?)
+}
+
+/// The command that does the same.
+pub(super) fn announce(words: &[&str], out: &mut dyn Write) -> Result<(), CommandError> {
+    writeln!(out, "  pneuma {}", words.join(" "))?;
+    Ok(out.flush()?)
+}
