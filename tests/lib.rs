@@ -1,5 +1,7 @@
 //! What the workspace tests share.
 
+pub mod effects;
+
 use diagnosis::diagnose::{Diagnosis, diagnose};
 use host_sim::recording::Recording;
 use host_sim::rig::Rig;

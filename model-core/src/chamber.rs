@@ -624,7 +624,7 @@ mod tests {
 
     #[test]
     fn val_reduced_model_with_the_supply_as_reference_drifts_as_derived() {
-        // Dossier, fact 1: with n = 1.11, pref = 7 bar and h = 20 the sealed
+        // With n = 1.11, pref = 7 bar and h = 20 the sealed
         // chamber at 5.25 bar rises by about 9 kPa in the first second.
         let mut chamber = chamber(ThermalModel::Polytropic {
             expansion_index: 1.11,

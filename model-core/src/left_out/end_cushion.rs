@@ -11,7 +11,7 @@
 //! is exact for small pressure ratios and where one of the two is much the smaller;
 //! both alike and choked, it passes 7 % too little. The edge of the spigot is blunt:
 //! the seal closes over the first two tenths of a millimetre, the area smoothly with it.
-//! Dossier M11: 15-20 mm, 0.2-2 mm2; it matters wherever the needle is under the valve's
+//! Typical: 15-20 mm, 0.2-2 mm2; it matters wherever the needle is under the valve's
 //! opening. Confused with friction that grows towards the end and with an elastic stop:
 //! what separates is the pressure of the shrinking chamber, which rises with the speed,
 //! and only inwards.

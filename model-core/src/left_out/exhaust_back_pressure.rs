@@ -9,7 +9,7 @@
 //!
 //! pe takes the place of the surroundings' pressure in the valve's exhaust paths.
 //! Isothermal at the surroundings' temperature: a sintered silencer is a heat
-//! exchanger. Dossier P11: a sonic conductance of 1-3 times the valve's (17-50 mm2
+//! exchanger. Typical: a sonic conductance of 1-3 times the valve's (17-50 mm2
 //! here, less when clogged), 20 cm3; it matters where pe rises by about 2 kPa,
 //! from 0.7 g/s through 17 mm2. Confused with a supply that droops (cosine 0.80),
 //! a tube (0.70), a leak of the chambers (-0.82) and the area of the exhaust paths;

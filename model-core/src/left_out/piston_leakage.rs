@@ -5,7 +5,7 @@
 //! orifice       m' = flow law (1) with area A   a nick, a cracked piston
 //! ```
 //!
-//! The gas carries the temperature of the chamber that it leaves. Dossier P8:
+//! The gas carries the temperature of the chamber that it leaves. Typical:
 //! K 0.5-5 e-16 kg/(s Pa^2), 0.13-1.3 l/min at 0.5 bar; it matters from about
 //! 0.1 l/min, half a kilopascal per second in the middle of the stroke. Confused
 //! with the valve's closed paths (dead zone, leakage area) and heat exchange, which

@@ -7,8 +7,8 @@
 //!
 //! Isothermal: the tank has the temperature of the supplied gas (a tank that is
 //! drained cools by 5-20 K for seconds; neglected). The regulator's own pressure is
-//! constant. Dossier P10: 1-20 l, 5-20 mm2, a sag of 1-3 % (0.1-0.5 bar); it
-//! matters from a sag of about 0.3 %, under which the dossier's sensors see
+//! constant. Typical: 1-20 l, 5-20 mm2, a sag of 1-3 % (0.1-0.5 bar); it
+//! matters from a sag of about 0.3 %, under which usual gauges see
 //! nothing. Confused with the silencer (cosine 0.80), a leak of the chambers (-0.64),
 //! the critical ratio and the area of the supply paths, which hide 77-91 % of it.
 //! What separates: it follows the sum of both inflows and outlasts them by seconds;

@@ -467,7 +467,7 @@ mod tests {
 
     #[test]
     fn val_steady_pressure_drop_of_one_metre_of_4_mm_tube() {
-        // Dossier P1: 61 kPa/m at 5 g/s, 3.7 kPa/m at 1 g/s (4 mm, about 6 bar).
+        // Typical: 61 kPa/m at 5 g/s, 3.7 kPa/m at 1 g/s (4 mm, about 6 bar).
         for (flow, expected) in [(1e-3, 3.7e3), (5e-3, 61e3)] {
             let mut state = TubeState::at_rest(6e5);
             for _ in 0..5000 {

@@ -4,7 +4,7 @@
 //! h = h_declared (rho/rho_ref)^n + h_flow q^2 / (q^2 + q0^2)^0.6,   q = |m'| / (1 g/s)
 //! ```
 //!
-//! The first factor: n = 0.5-0.8 by the dossier (P13). Eichelberg's form
+//! The first factor: n = 0.5-0.8 typically. Eichelberg's form
 //! h0 sqrt(p T / (p0 T0)) is n = 0.5 but for its factor T/T0, 10 % over the
 //! temperatures of a stroke. `rho_ref` is [`REFERENCE_DENSITY_KG_PER_M3`]: near the
 //! working density, so that n turns h about its working value in place of scaling it.

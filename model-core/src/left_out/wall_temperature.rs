@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Q' is the heat into the gas, (5). With C = 0 the wall stays where it began: the
-//! offset is constant. Each chamber has its own wall. Dossier P15: C 1-2.5 kJ/K
+//! offset is constant. Each chamber has its own wall. Typical: C 1-2.5 kJ/K
 //! (aluminium profile), 8 W/(m2 K) outside, so 20-60 minutes; offsets of -10 to
 //! +10 K, of which about 1 K matters (0.3 % of the pressure that a chamber settles
 //! at). An offset is as good as a supply that is colder by as much (cosine -1.00);

@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn val_choked_flow_of_the_nominal_valve() {
         // 16.7 mm2 at 6 bar abs, 293.15 K: 19.7 g/s by the textbook formula with
-        // Cd(0) = 0.8153 (dossier: C = 2.77e-8 for b = 0.29).
+        // Cd(0) = 0.8153 (C = 2.77e-8 for b = 0.29).
         let flow = law()
             .flow(16.7e-6, side(6e5, 293.15), side(0.0, 293.15))
             .mass_flow_kg_per_s;

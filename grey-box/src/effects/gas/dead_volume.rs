@@ -1,4 +1,13 @@
 //! Gas volume beside the stated one.
+//!
+//! ```text
+//! V = V_declared + dV + A (l0 + x)
+//! ```
+//!
+//! Source: ports, fittings and grooves of the piston, of which drawings say little; some cm3 of a bore of 25 mm, the
+//! more the nearer to an end the piston works. Confused with tubes (which hold gas too), with the valve's areas
+//! (which fill it) and with heat; slow strokes to both ends with the valve at its null separate them, as the pressure then follows the volume
+//! alone.
 
 use crate::effects::candidate::Candidate;
 use crate::effects::declaration::{Effect, Kind, Numbers, PLAIN, signed};

@@ -1,4 +1,16 @@
 //! The full energy balance in the place of a reduced model.
+//!
+//! ```text
+//! T    = T_reduced + memory (T_balance - T_reduced)
+//! p' V = gamma (R T m' - p V') + (gamma - 1) Q,   Q = (h A + C) (Tw - T)
+//! ```
+//!
+//! A reduced model (the paper's (6)) gives the gas the temperature that belongs to its pressure; the
+//! balance of energy, (3) and (5), remembers how it got there. With memory 1 the reduced model is
+//! the balance; of a closed chamber with an index n, n goes to gamma. C is a conductance to the wall beside that of the declared h. It matters wherever a
+//! chamber is filled or emptied within less than a second and then held: the pressure goes on by some per cent.
+//! Confused with dead volumes, heat transfer and leaks; a fill burst at fixed piston, then the valve shut and
+//! the pressure watched for some seconds, separates them.
 
 use crate::effects::candidate::Candidate;
 use crate::effects::declaration::{Effect, Kind, Numbers, PLAIN, parameter};

@@ -1,4 +1,11 @@
 //! A gauge with a wrong gain.
+//!
+//! ```text
+//! shown = (1 + gain_error) p,   p absolute
+//! ```
+//!
+//! Source: data sheets give 0.25 to 1 %. 1 % of 5 bar are 5 kPa, 2.5 N on a piston of 25 mm. The rig's `[chambers]` have gains known to
+//! 0.25 % as part of every fit; the effect is what lies beyond. Confused with an offset, and with an area of the piston.
 
 use super::OF_A_SENSOR;
 use crate::effects::candidate::Candidate;

@@ -1,4 +1,12 @@
 //! A position that is recorded late against the other channels.
+//!
+//! ```text
+//! shown(t) = x(t - delay)
+//! ```
+//!
+//! Source: encoders on a bus, and loggers that read their channels in turns; some milliseconds. At 0.5 m/s one of them is 0.5 mm. It has
+//! nothing to do with the axis: control on a board is as good as before. Confused with gauges that lag (both are a shift
+//! between position and pressure) and with a late valve.
 
 use crate::effects::candidate::Candidate;
 use crate::effects::declaration::{Effect, Kind, Numbers, PLAIN, signed};

@@ -1,4 +1,12 @@
 //! Gauges that lag.
+//!
+//! ```text
+//! shown' = (p - shown) / tau
+//! ```
+//!
+//! Source: filters of transmitters, and thin tubes before them; 1 to 5 ms. It matters from half a millisecond on, as a pressure of 5 bar
+//! may change by 1 kPa in that time, and in control from 1 ms on. Confused with everything else that is late: valve, spool, tubes, and a logger that
+//! reads the position late.
 
 use crate::effects::candidate::Candidate;
 use crate::effects::declaration::{Effect, Kind, Numbers, PLAIN, parameter};

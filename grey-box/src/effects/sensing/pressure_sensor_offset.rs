@@ -1,4 +1,11 @@
 //! A gauge with a wrong zero.
+//!
+//! ```text
+//! shown = p + offset
+//! ```
+//!
+//! Source: data sheets give 0.25 to 1 % of the full scale, 2.5 to 10 kPa of 10 bar. It matters from 2 kPa on, which are
+//! 1 N on a piston of 25 mm. Of a carriage alone it cannot be told from a constant force.
 
 use super::OF_A_SENSOR;
 use crate::effects::candidate::Candidate;

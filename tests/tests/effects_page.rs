@@ -1,0 +1,36 @@
+//! The page of effects says what the declarations and the laws say, and has a picture for each.
+
+use std::path::Path;
+use tests::effects;
+
+const ANEW: &str = "write it anew: cargo run --release -p tests --example effects";
+
+#[test]
+fn prop_the_page_of_effects_is_that_of_the_list() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    let written = std::fs::read_to_string(docs.join("effects.md")).expect("docs/effects.md");
+    let page = effects::page().expect("heads of the laws");
+    assert!(written == page, "docs/effects.md is out of date; {ANEW}");
+    for effect in effects::named() {
+        let name = effect.name;
+        let picture = docs.join(format!("effects/{name}.svg"));
+        assert!(
+            picture.is_file(),
+            "{} is missing; {ANEW}",
+            picture.display()
+        );
+        let sizes = effects::drawn(name);
+        assert!(!sizes.is_empty(), "{name}: no size to draw it at");
+        for (key, value) in sizes {
+            let known = effect.parameter(key);
+            let least = known.unwrap_or_else(|| panic!("{name} has no {key}")).least;
+            assert!(*value >= least, "{name}.{key} = {value}");
+        }
+        let lines = page
+            .split(&format!("\n## {name}\n"))
+            .nth(1)
+            .expect("a section");
+        let section = lines.split("\n## ").next().expect("a section");
+        assert!(section.contains("```text"), "{name}: its law is not stated");
+    }
+}
