@@ -1,6 +1,10 @@
 //! `slew-limit`: the valve (or a positioner-driven stem) moves no faster than a
 //! rate, which may differ by direction.
 //!
+//! ```text
+//! y(t + dt) = y(t) + clamp(u - y(t), -falling dt, rising dt)
+//! ```
+//!
 //! A spool's full stroke at 1.0-1.5 kV/s; a diaphragm actuator fills and
 //! empties through different orifices, hence different rates. Signature: lag
 //! that grows with the size of the command step. Confused with a first-order

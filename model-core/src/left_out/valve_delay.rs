@@ -1,5 +1,9 @@
 //! `valve-delay`: the valve acts on the command of a while ago.
 //!
+//! ```text
+//! y(t) = u(t - delay)
+//! ```
+//!
 //! Dead time of the amplifier and coil, or of the path from DAC to valve.
 //! A command held over each step and delayed by a fraction of a step has as its
 //! mean over the step the weighted mean of two neighbours, so the linear
