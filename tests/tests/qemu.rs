@@ -281,6 +281,57 @@ fn val_an_experiment_runs_in_qemu_as_on_the_host() {
     assert!(status.success(), "{status}");
 }
 
+/// What a wave costs: instructions beyond those of a valve held open, in the mean of the ticks of 2 s.
+#[test]
+#[ignore = "long: cargo xtask test --all"]
+fn val_waves_of_the_excitation_cost_little() {
+    let Some(image) = image() else { return };
+    let seconds = 2.0;
+    let held = Step::Opening {
+        seconds,
+        from_v: 0.0,
+        to_v: 0.0,
+    };
+    let chirp = Step::Chirp {
+        seconds,
+        amplitude_v: 0.4,
+        from_hz: 10.0,
+        to_hz: 30.0,
+    };
+    let multisine = Step::Multisine {
+        seconds,
+        rms_v: 0.3,
+        base_hz: 2.0,
+    };
+    let [held, chirp, multisine] = [held, chirp, multisine].map(|step| mean_of(&image, step));
+    let [chirp, multisine] = [chirp, multisine].map(|mean| mean.saturating_sub(held));
+    println!("instructions a tick: chirp {chirp}, multisine {multisine}");
+    assert!(chirp < 200 && multisine < 600, "{chirp} {multisine}");
+}
+
+/// Mean instructions a tick while a board runs this step alone, and at rest before it.
+fn mean_of(image: &Path, step: Step) -> u64 {
+    let machine = start(image);
+    let mut end = Experimented {
+        link: Link::connect(&machine).expect("the firmware greets"),
+        host: host_controller(&Settings::built_in()),
+        plant: Plant::default(),
+        codes: Vec::new(),
+    };
+    let envelope = Envelope::from_array([-0.2, 0.2, 1.9, 2e4, 9.5e5, 400.0]);
+    end.goes_on(20);
+    end.asks(&frames::guard(&envelope));
+    end.asks(&frames::load(0, &[step]).expect("it fits"));
+    end.asks(&frames::run(frames::crc(&envelope, &step.bytes())));
+    for _ in 0..20 {
+        end.goes_on(100);
+        end.asks(&frames::alive());
+    }
+    let report = end.link.end().expect("it tells of itself");
+    let counted_ticks = u64::from(report.counts_per_s) * u64::from(report.cost.ticks);
+    report.cost.total_counts * 1_000_000_000 / counted_ticks
+}
+
 fn every_kind_of_step() -> [Step; 8] {
     let seconds = 0.5;
     [
