@@ -3,7 +3,7 @@
 //!
 //!     cargo run --release -p host-sim --example commissioning -- 1101 1121
 //!
-//! prints a line a seed; `docs/commissioning.md` publishes one announced run.
+//! prints a line a seed; with the name of a step behind the seeds it ends there.
 
 #![allow(clippy::unwrap_used, reason = "a failure ends the show")]
 
@@ -12,7 +12,7 @@ use host_sim::board::twin::Twin;
 use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::commission::{CommissionArguments, run};
 use host_sim::commission::score::Score;
-use host_sim::commission::steps::Progress;
+use host_sim::commission::steps::{Progress, Step};
 use host_sim::rig::Rig;
 use host_sim::trial::drawn_axis::DrawnAxis;
 use std::net::TcpListener;
@@ -25,10 +25,12 @@ const EFFECTS: [&str; 3] = ["tube-line", "piston-leakage", "spool-dynamics"];
 const MARKS_MM: [f64; 2] = [0.03, 0.5];
 
 fn main() {
-    let mut seeds = std::env::args()
-        .skip(1)
-        .map(|word| word.parse::<u64>().unwrap());
-    let (from, to) = (seeds.next().unwrap(), seeds.next().unwrap());
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let [from, to] = [0, 1].map(|place| words[place].parse::<u64>().unwrap());
+    let until = words.get(2).map(|word| {
+        let named = Step::ALL.into_iter().find(|step| step.name() == word);
+        named.unwrap()
+    });
     println!(
         "| seed | effect | at rest before, mm | after | in the sine before, mm | after | verdict or end |"
     );
@@ -36,7 +38,7 @@ fn main() {
     let mut reached = 0;
     for seed in from..to {
         let effect = EFFECTS[(seed % 3) as usize];
-        let (progress, outcome) = commissioned(seed, effect);
+        let (progress, outcome) = commissioned(seed, effect, until);
         let is_reached = progress.after.is_some_and(|after| {
             after.at_rest_mm <= MARKS_MM[0] && after.in_sine_mm <= MARKS_MM[1]
         });
@@ -61,7 +63,7 @@ fn main() {
     println!("\n{reached} of {} reach {MARKS_MM:?} mm", to - from);
 }
 
-fn commissioned(seed: u64, effect: &str) -> (Progress, Result<(), String>) {
+fn commissioned(seed: u64, effect: &str, until: Option<Step>) -> (Progress, Result<(), String>) {
     let request = Request::new(seed, Kind::Single)
         .with_nature(Nature::ShopFloor)
         .with_effect(effect)
@@ -86,7 +88,7 @@ fn commissioned(seed: u64, effect: &str) -> (Progress, Result<(), String>) {
         folder: folder.clone(),
         yes: true,
         from: None,
-        until: None,
+        until,
     };
     let outcome = run(&arguments, &mut std::io::sink()).map_err(|error| error.to_string());
     let progress = Progress::read(&progress_of(&folder)).unwrap();

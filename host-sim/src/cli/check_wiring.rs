@@ -4,16 +4,20 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use firmware::experiment::Reason;
 use firmware::settings::Wiring as Known;
 
 use super::CommandError;
 use super::board_port::BoardPort;
 use super::inputs::{bad_input, read_rig};
-use super::on_board::{OnBoard, note};
+use super::on_board::{Ended, OnBoard, note};
 use crate::board::orders;
 use crate::board::send::Kept;
 use crate::commission::programs::careful;
-use crate::commission::wiring::{Answer, Wiring, answer, found, pulses, swing, turned_over};
+use crate::commission::wiring::{
+    Answer, DOUBLINGS, Wiring, answer, found, pulses, swing, turned_over,
+};
+use crate::model::AxisFault;
 use crate::recording::Recording;
 use crate::rig::Rig;
 
@@ -80,24 +84,16 @@ fn looked_into(
     out: &mut dyn Write,
 ) -> Result<Wiring, CommandError> {
     let name = board.rig.display().to_string();
-    let no_axis = |fault: crate::model::AxisFault| {
-        bad_input(format!(
-            "{name}: {}: {}, expected {}",
-            fault.key, fault.problem, fault.expected
-        ))
-    };
     board.send(
         (&careful(rig), &name),
         (Known::Unchecked, Kept::UntilStart),
         out,
     )?;
-    let text = pulses(rig, stands_at_m(board)?).map_err(no_axis)?;
-    let ended = board.experiment((PULSES, &text), out)?;
-    let is_turned_over = match answer(&read(board, PULSES, rig)?, rig) {
-        Some(Answer::Ended(wiring)) => return Ok(wiring),
-        Some(Answer::Right) if ended.is_none() => false,
-        Some(Answer::Reversed) if ended.is_none() => true,
-        _ => return Err(unclear(ended)),
+    let is_turned_over = match pulsed(board, rig, out)? {
+        Answer::Right => false,
+        Answer::Reversed => true,
+        Answer::Faint => return Ok(Wiring::NoAnswer),
+        Answer::Ended(wiring) => return Ok(wiring),
     };
     let used = if is_turned_over {
         turned_over(rig)
@@ -110,12 +106,41 @@ fn looked_into(
     }
     let ended = board.experiment((SWING, &swing(rig, stands_at_m(board)?)), out)?;
     let recording = read(board, SWING, rig)?;
-    let shown = found(&recording, &used, (ended.is_none(), is_turned_over));
+    let was_fault = |ended: &Ended| ended.reason == Reason::Fault;
+    let is_fault = ended.as_ref().is_some_and(was_fault);
+    let shown = found(&recording, &used, (!is_fault, is_turned_over));
     shown.ok_or_else(|| unclear(ended))
 }
 
-fn unclear(ended: Option<String>) -> CommandError {
-    let why = ended.unwrap_or_else(|| "the load did not move".into());
+/// Pulses that grow until a chamber answers.
+fn pulsed(board: &OnBoard<'_>, rig: &Rig, out: &mut dyn Write) -> Result<Answer, CommandError> {
+    let name = board.rig.display();
+    let no_axis = |fault: AxisFault| {
+        let AxisFault {
+            key,
+            problem,
+            expected,
+        } = fault;
+        bad_input(format!("{name}: {key}: {problem}, expected {expected}"))
+    };
+    let mut board = *board;
+    for doublings in 0..=DOUBLINGS {
+        let text = pulses(rig, stands_at_m(&board)?, doublings).map_err(no_axis)?;
+        let ended = board.experiment((PULSES, &text), out)?;
+        match answer(&read(&board, PULSES, rig)?, rig, ended.is_none()) {
+            Some(Answer::Faint) if ended.is_none() => {}
+            Some(told @ Answer::Ended(_)) => return Ok(told),
+            Some(told) if ended.is_none() => return Ok(told),
+            _ => return Err(unclear(ended)),
+        }
+        // It was asked for once.
+        board.yes = true;
+    }
+    Ok(Answer::Faint)
+}
+
+fn unclear(ended: Option<Ended>) -> CommandError {
+    let why = ended.map_or_else(|| "the load did not move".into(), |ended| ended.why);
     bad_input(format!("wiring: not told: {why}"))
 }
 

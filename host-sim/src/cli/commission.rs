@@ -240,7 +240,8 @@ impl Way<'_> {
                 "{rig}: the stroke is not known: give [cylinder] stroke_m"
             ))
         })?;
-        on_board(self.arguments).experiment((name, &text), self.out)
+        let ended = on_board(self.arguments).experiment((name, &text), self.out)?;
+        Ok(ended.map(|ended| ended.why))
     }
 
     /// A run that ends early has shown something too, if it lasted.

@@ -3,8 +3,10 @@
 
 use std::io::{self, BufRead, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use firmware::experiment::Reason;
+use firmware::settings::transfer::Verdict;
 use firmware::settings::{Settings, Wiring};
 
 use super::CommandError;
@@ -19,6 +21,18 @@ use crate::board::send::{Kept, SendError};
 use crate::board::words;
 use crate::experiment;
 use crate::rig::Rig;
+
+/// How often, and how many times, a board is asked again whose load still moves.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+const LOOKS_FOR_REST: u32 = 15;
+
+/// A run that ended before its end.
+#[derive(Clone, Debug)]
+pub(super) struct Ended {
+    /// In words, with the fault if there was one.
+    pub why: String,
+    pub reason: Reason,
+}
 
 /// A board, the rig file of its axis, and where files go.
 #[derive(Clone, Copy, Debug)]
@@ -61,19 +75,29 @@ impl OnBoard<'_> {
             wiring,
             ..settings.map_err(|error| bad_input(format!("{rig_name}: {error}")))?
         };
-        match to_board((serial, self.port.baud), &settings, kept)? {
+        let send = || to_board((serial, self.port.baud), &settings, kept);
+        let mut sent = send()?;
+        // A load that has just been let go comes to rest.
+        for _ in 0..LOOKS_FOR_REST {
+            if !is_moving(&sent) {
+                break;
+            }
+            std::thread::sleep(LOOK_EVERY);
+            sent = send()?;
+        }
+        match sent {
             Ok(()) => note(kept.text(), out),
             Err(SendError::NotKept(verdict)) => note(verdict.explanation(), out),
             Err(error) => Err(bad_input(format!("{serial}: {error}"))),
         }
     }
 
-    /// Writes an experiment, says it, asks, and runs it; why it ended early, if it did.
+    /// Writes an experiment, says it, asks, and runs it; how it ended early, if it did.
     pub fn experiment(
         &self,
         (name, text): (&str, &str),
         out: &mut dyn Write,
-    ) -> Result<Option<String>, CommandError> {
+    ) -> Result<Option<Ended>, CommandError> {
         let [file, recording] = ["toml", "csv"].map(|kind| self.path(&format!("{name}.{kind}")));
         let program = experiment::parse(text, &file.display().to_string()).map_err(bad_input)?;
         write_text(&file, text)?;
@@ -102,10 +126,15 @@ impl OnBoard<'_> {
             out,
         )?;
         let (program, report) = recorded(&arguments, &mut io::sink())?;
-        match (ending(&program, &report), report.reason) {
-            (Some(why), Reason::Fault) => Ok(Some(format!("{why}: {}", self.acknowledged()?))),
-            (why, _) => Ok(why),
-        }
+        let Some(why) = ending(&program, &report) else {
+            return Ok(None);
+        };
+        let reason = report.reason;
+        let why = match reason {
+            Reason::Fault => format!("{why}: {}", self.acknowledged()?),
+            _ => why,
+        };
+        Ok(Some(Ended { why, reason }))
     }
 
     /// The fault that the board has, which is acknowledged: nothing moves until it is asked anew.
@@ -137,6 +166,13 @@ impl OnBoard<'_> {
             "stopped; nothing was moved, and the same command goes on from here",
         ))
     }
+}
+
+fn is_moving(sent: &Result<(), SendError>) -> bool {
+    let Err(SendError::Refused { verdict, .. }) = sent else {
+        return false;
+    };
+    *verdict == Verdict::NotAtRest
 }
 
 /// A line below a step.

@@ -156,7 +156,7 @@ mod tests {
             let rig = Rig::parse(text, "rig.toml").expect("a rig");
             let [low_m, high_m] = stroke_range_m(&rig).expect("a stroke");
             let all = [
-                wiring::pulses(&rig, 0.04).ok(),
+                wiring::pulses(&rig, 0.04, 3).ok(),
                 Some(wiring::swing(&rig, 0.04)),
                 score(&rig),
                 varied(&rig, 0),

@@ -1,8 +1,9 @@
 //! Which way round an axis answers: guarded pulses, then a small swing, and what their recordings
 //! show.
 //!
-//! **Pulses.** The valve opens to either side for some milliseconds. The pressure of the chamber that
-//! it feeds rises against the other one's; the load hardly feels it. Where the pressures answer the
+//! **Pulses.** The valve opens to either side for some milliseconds, twice as long each time until a
+//! chamber answers: a slow spool or a delay swallows short ones. The pressure of the chamber that is
+//! fed rises against the other one's; the load hardly feels it. Where the pressures answer the
 //! wrong way round, valve or gauges are exchanged, and the swing is made with the valve's
 //! direction turned over: if the load then goes where it is pushed, it was the valve, else the
 //! gauges.
@@ -22,18 +23,27 @@ use firmware::experiment::CHECKED_WITHIN_M;
 const WITHIN_M: f64 = CHECKED_WITHIN_M as f64 - 0.1e-3;
 /// A check is no faster, m/s: what the load reaches within the way above on the spring of its gas.
 const SPEED_M_PER_S: f64 = 0.5;
-/// What a pulse adds to a chamber at half of its volume, Pa: fifty times the noise of a usual gauge
-/// in the mean of a window, and a tenth of the friction of a usual seal.
+/// What the first pulses add to a chamber at half of its volume, Pa: a tenth of the friction of a usual seal.
 const RISE_PA: f64 = 6e3;
+/// Pulses are long enough where they do half of it to a chamber.
+const PLAIN_PA: f64 = 0.5 * RISE_PA;
+/// Less is noise of a mean, Pa: ten deviations of a usual gauge's over a window.
+const NOISE_PA: f64 = 300.0;
+/// The chamber that answers less does so by this part of the other one's answer: volumes near an end of the
+/// stroke are ten to one.
+const LEAST_PART: f64 = 0.1;
 /// Opening of a pulse beyond the overlap, V: more than a null is off by.
 const BEYOND_V: f64 = 0.5;
 /// Shortest and longest pulse, s.
-const PULSE_S: [f64; 2] = [0.006, 0.2];
-/// Rest before and after a pulse, s.
+const PULSE_S: [f64; 2] = [0.006, 0.3];
+/// Pulses are made so many times longer at the most, by two each time.
+pub const DOUBLINGS: u32 = 6;
+/// Rest before and after a pulse, s ...
 const REST_S: f64 = 0.3;
-/// An answer is so much of what a pulse should do: chambers that are empty or full answer to one
-/// side only, which is half, and volumes are not known.
-const ANSWERED: f64 = 0.15;
+/// ... and when in it the pressures are taken, s from the pulse's begin and end: later a leak past the
+/// piston has evened them out.
+const BEFORE_S: [f64; 2] = [-0.15, 0.0];
+const AFTER_S: [f64; 2] = [0.03, 0.12];
 /// The swing: amplitude, m, frequency, Hz, and periods.
 const SWING: (f64, f64, f64) = (1e-3, 1.0, 2.0);
 /// Windows of the swing, s, and the way in one that is motion, m.
@@ -103,12 +113,13 @@ impl Wiring {
     }
 }
 
-/// The pulses, for a load at this place.
+/// The pulses, for a load at this place, made longer by two so many times.
 ///
 /// # Errors
 /// Where the rig is no whole axis.
-pub fn pulses(rig: &Rig, position_m: f64) -> Result<String, AxisFault> {
-    let (opening_v, seconds) = pulse(rig)?;
+pub fn pulses(rig: &Rig, position_m: f64, doublings: u32) -> Result<String, AxisFault> {
+    let (opening_v, shortest_s) = pulse(rig)?;
+    let seconds = (shortest_s * f64::from(1 << doublings.min(DOUBLINGS))).min(PULSE_S[1]);
     let rest = step_text("opening", &[("opening_V", 0.0), ("seconds", REST_S)]);
     let mut text = head("Pulses of the valve: which chamber rises", rig, position_m);
     for side in [1.0, -1.0, -1.0, 1.0] {
@@ -177,29 +188,36 @@ pub enum Answer {
     Right,
     /// The other way round.
     Reversed,
+    /// Hardly: longer pulses are needed.
+    Faint,
     /// Not so that it can be gone on with.
     Ended(Wiring),
 }
 
-/// Reads the recording of the pulses; none where it holds none.
-pub fn answer(recording: &Recording, rig: &Rig) -> Option<Answer> {
-    let expected_pa = RISE_PA * ANSWERED;
-    let [rise_a_pa, rise_b_pa] = rises(recording, rig)?;
-    let told = |rise_pa: f64| {
-        if rise_pa.abs() < expected_pa {
-            0
-        } else if rise_pa > 0.0 {
-            1
-        } else {
-            -1
-        }
+/// Reads the recording of the pulses, which came to its end or not: a load that moved at short pulses
+/// gets no longer ones. None where it holds no pulse.
+pub fn answer(recording: &Recording, rig: &Rig, came_to_its_end: bool) -> Option<Answer> {
+    let rises_pa = rises(recording, rig)?;
+    let larger_pa = rises_pa[0].abs().max(rises_pa[1].abs());
+    let plain_pa = if came_to_its_end {
+        PLAIN_PA
+    } else {
+        2.0 * NOISE_PA
     };
-    Some(match (told(rise_a_pa), told(rise_b_pa)) {
-        (0, 0) => Answer::Ended(Wiring::NoAnswer),
-        (0, _) => Answer::Ended(Wiring::NoAnswerOfA),
-        (_, 0) => Answer::Ended(Wiring::NoAnswerOfB),
-        (1, -1) => Answer::Right,
-        (-1, 1) => Answer::Reversed,
+    if larger_pa < plain_pa {
+        return Some(Answer::Faint);
+    }
+    let least_pa = (LEAST_PART * larger_pa).max(NOISE_PA);
+    let told = |rise_pa: f64| match rise_pa {
+        rise_pa if rise_pa.abs() < least_pa => 0,
+        rise_pa if rise_pa > 0.0 => 1,
+        _ => -1,
+    };
+    Some(match rises_pa.map(told) {
+        [0, _] => Answer::Ended(Wiring::NoAnswerOfA),
+        [_, 0] => Answer::Ended(Wiring::NoAnswerOfB),
+        [1, -1] => Answer::Right,
+        [-1, 1] => Answer::Reversed,
         _ => Answer::Ended(Wiring::NotOpposed),
     })
 }
@@ -225,10 +243,8 @@ fn rises(recording: &Recording, rig: &Rig) -> Option<[f64; 2]> {
             row += 1;
         }
         let feeds_a = (command_v[begin] > null_v) == feeds_a_above;
-        // What is on its way arrives in the first part of the rest.
-        let before = [time_s[begin] - 0.5 * REST_S, time_s[begin]];
-        let end_s = time_s[row - 1];
-        let after = [end_s + 0.4 * REST_S, end_s + 0.9 * REST_S];
+        let before = BEFORE_S.map(|after_s| time_s[begin] + after_s);
+        let after = AFTER_S.map(|after_s| time_s[row - 1] + after_s);
         for (sum, name) in sums.iter_mut().zip(["p_a", "p_b"]) {
             let pressure_pa = recording.signal(name)?;
             let mean = |span: [f64; 2]| mean_within(time_s, pressure_pa, span);
@@ -250,17 +266,18 @@ fn mean_within(time_s: &[f64], values: &[f64], [from_s, to_s]: [f64; 2]) -> Opti
     (!within.is_empty()).then(|| within.iter().sum::<f64>() / within.len() as f64)
 }
 
-/// What the swing shows, `came_to_its_end` or not; `is_turned_over` where it was made with the
+/// What the swing shows, which ended in no fault or in one; a loop that swings out of its envelope, about a valve
+/// slower than its settings say, shows the signs as well. `is_turned_over` where it was made with the
 /// valve's direction turned over. None where it shows nothing.
 pub fn found(
     recording: &Recording,
     rig: &Rig,
-    (came_to_its_end, is_turned_over): (bool, bool),
+    (is_without_fault, is_turned_over): (bool, bool),
 ) -> Option<Wiring> {
     let [by_position_j, by_velocity_j] = works(recording, rig)?;
     let (position, velocity) = (by_position_j > 0.0, by_velocity_j > 0.0);
     Some(match (position, velocity, is_turned_over) {
-        (true, true, _) if !came_to_its_end => return None,
+        (true, true, _) if !is_without_fault => return None,
         (true, true, false) => Wiring::Right,
         (true, true, true) => Wiring::Valve,
         (false, false, false) => Wiring::Motion,
