@@ -1,6 +1,7 @@
 //! What the workspace tests share.
 
 pub mod effects;
+pub mod thresholds;
 
 use diagnosis::diagnose::{Diagnosis, diagnose};
 use host_sim::recording::Recording;

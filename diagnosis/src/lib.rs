@@ -36,6 +36,7 @@ pub mod inspect;
 pub mod locate;
 pub mod response;
 pub mod search;
+pub mod thresholds;
 pub mod unlisted;
 pub mod valve_flow;
 pub mod verdict;

@@ -35,7 +35,7 @@ mod estimates;
 mod evidence;
 mod faults;
 mod features;
-mod generated;
+pub mod generated;
 pub mod image;
 mod lengths;
 mod licences;

@@ -4,7 +4,6 @@
 use super::known::Known;
 use crate::estimate::candidates::candidates;
 use crate::estimate::draws::Doubts;
-use crate::estimate::misfit::MISSED;
 use crate::estimate::{Bench, Fitted};
 use crate::estimate::{between_rows, fitted, noise};
 use crate::finding::proof::{Frozen, runs};
@@ -19,6 +18,7 @@ use crate::search::loose_load::{self, Refined};
 use crate::search::next_experiment::{self, Bank, NextExperiment};
 use crate::search::strayed::{self, Doubt};
 use crate::search::{self, Outcome, knowability, swinging_load};
+use crate::thresholds::MISSED;
 use crate::unlisted::equation::Equation;
 use crate::unlisted::{missing_force, unknown_input, unknown_term};
 use std::collections::BTreeMap;

@@ -6,32 +6,11 @@ use crate::effects::Mark;
 use crate::fit::law_problem::Columns;
 use crate::laws::{Law, Output, Track};
 use crate::rig::Rig;
+use crate::thresholds::{
+    DISCREPANCY, ERROR_OF_FORM, MISSED, MISSED_OF_FORCES, NOISE_DEVIATIONS, PLAIN_DEVIATIONS,
+    TO_THE_NOISE,
+};
 
-/// A misfit whose energy is this much above the noise's shows that something is missing,
-/// effect or none: the declared noise of a sensor is hardly better known (5 % of its size). Of few
-/// draws it takes four times what the energy of white noise varies by, the root of two over them.
-pub(crate) const MISSED: f64 = 0.10;
-/// An effect may show at less, as none takes away noise: from the same four times on.
-const NOISE_DEVIATIONS: f64 = 4.0;
-/// A misfit whose energy is no more than this above the noise's is taken for noise when
-/// effects are judged ...
-const TO_THE_NOISE: f64 = 0.05;
-/// ... and where nothing is plainly missed, so many times what it varies by.
-const TO_THE_NOISE_DEVIATIONS: f64 = 2.0;
-/// Energy above the noise's, in units of it, that an effect whose form is not quite the
-/// right one leaves of an output: three times the noise's amplitude. On practice axes and
-/// in trials none of the effects that are fitted well left more; a tube did.
-pub(crate) const ERROR_OF_FORM: f64 = 8.0;
-/// An effect that takes what is left down to this part of its energy is material, however much
-/// larger another one is: a wrong one nibbles at what a form leaves.
-pub(crate) const NEXT_TO_NOTHING: f64 = 0.1;
-/// The first where the noise is a floor that was set and not one that was
-/// declared: it is no better known than by this (healthy rigs were seen up to 0.6 above it).
-const MISSED_OF_FORCES: f64 = 1.0;
-/// Part of a chamber's pressure that a sound model of an axis leaves beside the noise: no gauge of
-/// class 0.5 is straight to better than a fifth of its class, and a valve's areas measured to half
-/// a per cent at a dozen points leave more (0.05 to 0.25 % on drawn shop-floor axes).
-const DISCREPANCY: f64 = 3e-3;
 /// Forces below that floor are not looked for.
 const WORTH_A_SEARCH_OF_FORCES: f64 = 0.0;
 
@@ -60,7 +39,7 @@ impl Bench<'_> {
         if self.law == Law::Balance || self.misses_plainly(baseline) {
             return TO_THE_NOISE;
         }
-        (TO_THE_NOISE_DEVIATIONS * self.noise_varies()).min(TO_THE_NOISE)
+        (PLAIN_DEVIATIONS * self.noise_varies()).min(TO_THE_NOISE)
     }
 
     /// The same of single events, which are few; nought where a law has none. (A load on its spring
@@ -72,7 +51,7 @@ impl Bench<'_> {
         if events == 0 {
             return 0.0;
         }
-        TO_THE_NOISE_DEVIATIONS * varies(events)
+        PLAIN_DEVIATIONS * varies(events)
     }
 
     /// What a model misses of single events, SI, by row of all recordings: NaN where there is none.

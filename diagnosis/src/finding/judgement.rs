@@ -54,7 +54,7 @@ impl Finding {
             for one in self.evidence.iter_mut().filter(|one| one.accepted) {
                 one.probability = one.probability.min(shown);
             }
-            if shown < search::LIKELIER_THAN_NOT {
+            if shown < crate::thresholds::LARGER_PART {
                 return self.take_back("hardly better");
             }
         }

@@ -14,16 +14,11 @@ use crate::search::Evidence;
 use crate::search::alone::Alone;
 use crate::search::limits::Limit;
 use crate::search::next_experiment::NextExperiment;
+use crate::thresholds::EXPLAINED;
 use crate::unlisted::equation::Equation;
 use crate::unlisted::unknown_term;
 use proof::{Frozen, Run};
 use std::collections::BTreeMap;
-
-/// An improved model that explains less than this of the energy of what was
-/// missing leaves the verdict at unknown. Effects that are there were seen to
-/// explain 73 % (play, whose blows fall at random) to all of it, others in the
-/// place of effects of no list up to 55 %; chosen between.
-const EXPLAINED: f64 = 0.65;
 
 /// The models of the comparison, in the order in which they are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

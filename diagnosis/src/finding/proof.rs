@@ -19,7 +19,8 @@ use crate::laws::{Law, Track, View, balance};
 use crate::recording::Recording;
 use crate::rig::Rig;
 use crate::search::intermittent;
-use crate::search::{PLAIN_RATIO, mean};
+use crate::search::mean;
+use crate::thresholds::{PLAIN_DEVIATIONS, PLAIN_RATIO, REFUTED, SURPRISING};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -296,13 +297,6 @@ fn averaged(windows: &[Vec<(f64, usize)>], outputs: usize) -> (Vec<f64>, Vec<Vec
     (all, windows.iter().map(in_each).collect())
 }
 
-/// Held-out error over the refitted baseline's from which what was put into a law is refuted:
-/// 2 % is within what estimating the initial states moves.
-const REFUTED: f64 = 1.02;
-
-/// Standard deviations by which the windows are predicted worse from which on that is no chance.
-const PLAINLY_WORSE: f64 = 2.0;
-
 /// What held-out recordings say of what was put into a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Said {
@@ -338,7 +332,7 @@ pub(crate) fn said(law: &Finding, sound: &[f64], held_out: &[Recording]) -> Said
     let over_horizon = ratio(law, |run| &run.horizon, held_out);
     if over_horizon.is_none_or(|ratio| ratio <= REFUTED) {
         Said::Nothing
-    } else if deviations < PLAINLY_WORSE {
+    } else if deviations < PLAIN_DEVIATIONS {
         Said::WorseByChance
     } else {
         Said::Worse
@@ -413,10 +407,6 @@ pub(crate) fn worsens_a_signal(law: &Finding, held_out: &[Recording]) -> bool {
     let ratios = ratios(law, |run| &run.horizon, held_out);
     ratios.is_some_and(|ratios| ratios.iter().any(|ratio| *ratio > REFUTED.powi(2)))
 }
-
-/// Error of a free run over held-out recordings, over the noise, from which they show what the
-/// training recordings do not, or that something is missing.
-const SURPRISING: f64 = 2.0;
 
 /// Part of the energy that the refitted model misses of held-out recordings, above the noise and
 /// in its units, that the improved one explains: over the horizon or in the free run, whichever is
@@ -730,7 +720,7 @@ mod tests {
         terms[7] = 100.0;
         assert!((deviations_of_sum(&terms) - 1.0).abs() < 0.02);
         terms[20..24].fill(100.0);
-        assert!(deviations_of_sum(&terms) > PLAINLY_WORSE);
+        assert!(deviations_of_sum(&terms) > PLAIN_DEVIATIONS);
         assert!(deviations_of_sum(&[]).abs() < 1e-12);
     }
 

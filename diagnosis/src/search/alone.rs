@@ -55,7 +55,7 @@ pub(crate) fn against_chance(bench: &Bench<'_>, outcome: &mut Outcome) -> BTreeM
             outcome.improved.set.iter().filter_map(beside).collect();
         let likeliest = all
             .iter()
-            .filter(|(_, alone, _)| alone.chance() > null::CHANCE)
+            .filter(|(_, alone, _)| alone.chance() > crate::thresholds::CHANCE_ALONE)
             .max_by(|(_, a, _), (_, b, _)| a.chance().total_cmp(&b.chance()));
         let Some((effect, _, without)) = likeliest else {
             return all

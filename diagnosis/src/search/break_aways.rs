@@ -9,11 +9,7 @@
 use crate::estimate::{Bench, Fitted};
 use crate::laws::{Law, balance};
 use crate::search::is_by_chance;
-
-/// Of the energy that is missed at break-aways, an effect is to leave no more than this: half the
-/// amplitude. (On 75 rigs with nothing, other numbers or small dirt dwell stiction never left less
-/// than 0.54 of it; on ten with a weak one never more than 0.14.)
-const MOST_IS_TAKEN: f64 = 0.25;
+use crate::thresholds::MOST_IS_TAKEN;
 
 impl Bench<'_> {
     /// Learns how well break-aways are known; the baseline, fitted again where that is better

@@ -1,20 +1,9 @@
 //! What speaks for an effect, as a number and in words.
 
 use crate::estimate::fold_squares::FoldSquares;
+use crate::thresholds::{CHANCE_OF_BREAK_AWAYS, MATERIAL_SHARE};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
-/// An effect must account for this part of the energy of what is missing: 15 %
-/// of its amplitude. Below that it is not material, however significant. The
-/// value lies in the gap that the training parts of the real recordings show
-/// between effects that are there and effects that imitate model error (4 % and
-/// 1.8 %); it is chosen, not derived.
-pub const MATERIAL_SHARE: f64 = 0.15 * 0.15;
-/// An effect is plain when it takes the cross-validated error down to this.
-pub const PLAIN_RATIO: f64 = 0.85;
-/// What comes and goes, and what leaves more than noise of a valve that is nearly known, is named
-/// from this probability on; what stands against a rig file that may
-/// be as wrong has no more.
-pub(crate) const LIKELIER_THAN_NOT: f64 = 0.5;
 /// Log odds that an effect was there, over the log odds of the part of the misfit that it
 /// explains: a logistic fit to the 242 candidates of 134 concealed cases (seeds 1 to 3
 /// of `pneuma trial`) that explained more than 1 %.
@@ -236,15 +225,10 @@ fn by_chance(before: &[f64], after: &[f64], more: usize) -> f64 {
     FisherSnedecor::new(numbers, free).map_or(1.0, |chance| chance.sf(statistic))
 }
 
-/// Break-aways are few, and any candidate has as many numbers to fit them by: what chance
-/// does as well in one of so many trials is none. A dozen candidates are tried, hence the
-/// hundredth that is asked of one alone, tenfold.
-const CHANCE: f64 = 1e-3;
-
 /// Whether chance lowers the squares of single events, before and after, as far as so many more
 /// numbers do; without the event that gains most, as a single one may have been no break-away.
 pub(crate) fn is_by_chance(events: Vec<(f64, f64)>, more: usize) -> bool {
-    by_chance_without_one(events, more) > CHANCE
+    by_chance_without_one(events, more) > CHANCE_OF_BREAK_AWAYS
 }
 
 /// Probability of chance from squares before and after, without the pair that gains most.
@@ -271,7 +255,7 @@ mod tests {
         let mut events: Vec<(f64, f64)> = (0..60).map(|e| (noise(e), 0.95 * noise(e))).collect();
         events.push((120.0, 0.0));
         let (before, after): (Vec<f64>, Vec<f64>) = events.iter().copied().unzip();
-        assert!(by_chance(&before, &after, 3) < CHANCE);
+        assert!(by_chance(&before, &after, 3) < CHANCE_OF_BREAK_AWAYS);
         assert!(is_by_chance(events.clone(), 3));
         events.extend([(30.0, 0.1), (25.0, 0.1), (35.0, 0.1)]);
         assert!(!is_by_chance(events, 3));

@@ -14,8 +14,9 @@ use crate::fit::law_problem::{Folds, windows};
 use crate::fit::presence::{Presence, refined_each};
 use crate::laws::{Law, Track, median};
 use crate::recording::Recording;
-use crate::search::evidence::{PLAIN_RATIO, mean};
+use crate::search::evidence::mean;
 use crate::search::prospect;
+use crate::thresholds::{ALWAYS, AN_EVENT, PLAIN_RATIO};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -36,12 +37,6 @@ const PARTS: usize = 6;
 /// What a start misses is much the less likely if the logarithm of its mean square, per row, is
 /// this much above that of another start: a factor e.
 const FAR_LESS_LIKELY: f64 = 1.0;
-/// An effect that is there in more of the rows than this is there always.
-const ALWAYS: f64 = 0.9;
-/// What is there in fewer rows than this is an event and no effect: 10 ms of a force that were one
-/// break-away stood in the place of a dry friction.
-const AN_EVENT: f64 = 0.005;
-
 /// The best models of one effect in a part of the time, best first. Twice: when
 /// something is there does not depend on what it is, so every effect begins the
 /// second time from the spans of the best; unless that explains next to nothing.

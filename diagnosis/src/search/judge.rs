@@ -1,17 +1,17 @@
 //! How much a set of effects explains, and whether each of its members earns its place.
 
-use super::evidence::{
-    Evidence, LIKELIER_THAN_NOT, MATERIAL_SHARE, PLAIN_RATIO, explained_probability, is_by_chance,
-    log_gain, probability,
-};
+use super::evidence::{Evidence, explained_probability, is_by_chance, log_gain, probability};
 use crate::effects::sensing::position_time_skew;
 use crate::effects::{self, Kind, Mark};
 use crate::estimate::candidates::Candidate;
 use crate::estimate::fold_squares::FoldSquares;
-use crate::estimate::misfit::{ERROR_OF_FORM, NEXT_TO_NOTHING};
 use crate::estimate::{Bench, Fitted, Set};
 use crate::fit::Presence;
 use crate::laws::{Law, balance, median_step_s};
+use crate::thresholds::{
+    ERROR_OF_FORM, LARGER_PART, LEAST_LOAD, MATERIAL_SHARE, NEXT_TO_NOTHING, PLAIN_RATIO,
+    PLAIN_RATIO_AMONG_MANY, TO_THE_NOISE, TOLD_FROM_NOUGHT,
+};
 use std::sync::OnceLock;
 
 /// Growing stops when the best set of a size is not better than the best
@@ -19,18 +19,6 @@ use std::sync::OnceLock;
 /// accepted later; it only saves time. (On long recordings, where a size takes a quarter of
 /// a minute, it stops at the first that would not be plain even alone.)
 const WORTH_GROWING: f64 = 0.01;
-
-/// ... and beside other effects on long recordings, to this.
-pub(crate) const PLAIN_RATIO_AMONG_MANY: f64 = 0.6;
-
-/// Forces are told apart down to this part of the energy of their floor, which was set.
-const UNDER_THE_FLOOR: f64 = 0.05;
-
-/// Deviations by which a load's mass is to be known from nought, and its spring from a rigid one ...
-const TOLD_FROM_NOUGHT: f64 = 3.0;
-/// ... and the least part of the carriage's mass that a load is: as of friction, that much more
-/// or less does not matter.
-const LEAST_LOAD: f64 = 0.02;
 
 /// Cross-validated squares per output.
 type Judged = Vec<FoldSquares>;
@@ -75,7 +63,7 @@ impl<'a> Judge<'a> {
     /// what a single break-away can be made to fit by.
     pub(crate) fn score(&self, fitted: &Fitted) -> f64 {
         let floor = if self.bench.law == Law::Balance {
-            UNDER_THE_FLOOR
+            TO_THE_NOISE
         } else {
             1.0
         };
@@ -335,7 +323,7 @@ impl<'a> Judge<'a> {
             return true;
         }
         if self.bench.is_unsound(without) {
-            probability >= LIKELIER_THAN_NOT
+            probability >= LARGER_PART
         } else {
             self.takes_the_rest(with, without)
         }

@@ -8,12 +8,9 @@
 use crate::effects;
 use crate::estimate::candidates::Candidate;
 use crate::laws::{Law, Track};
+use crate::thresholds::LEAST_OWN_ENERGY;
 use std::collections::BTreeSet;
 
-/// An effect with less than this part of its energy left after the effect that
-/// it hides behind is projected out cannot be told from it. Two speeds that
-/// differ by a factor of 2.2 give this much; a sine gives 0.19.
-const LEAST_OWN_ENERGY: f64 = 0.125;
 /// Rows slower than this part of the fastest count as standing.
 const SLIDING_SHARE: f64 = 0.2;
 

@@ -23,12 +23,13 @@ pub(crate) mod strayed;
 pub(crate) mod swinging_load;
 
 use crate::estimate::{Bench, Fitted};
+use crate::thresholds::{LARGER_PART, PLAIN_RATIO, PLAIN_RATIO_AMONG_MANY};
 use evidence::explained_probability;
-use judge::{Judge, PLAIN_RATIO_AMONG_MANY};
+use judge::Judge;
 use std::collections::BTreeSet;
 
-pub use evidence::{Evidence, PLAIN_RATIO};
-pub(crate) use evidence::{LIKELIER_THAN_NOT, is_by_chance, mean, probability_of};
+pub use evidence::Evidence;
+pub(crate) use evidence::{is_by_chance, mean, probability_of};
 pub(crate) use judge::{is_no_load, plain_ratio};
 
 /// Largest set tried.
@@ -111,7 +112,7 @@ impl Outcome {
     /// The rig file may be as wrong as what was accepted.
     pub(crate) fn doubt(&mut self) {
         for one in self.evidence.iter_mut().filter(|one| one.accepted) {
-            one.probability = one.probability.min(LIKELIER_THAN_NOT);
+            one.probability = one.probability.min(LARGER_PART);
         }
     }
 
@@ -135,7 +136,7 @@ impl Intermittent {
     /// chosen to suit it, and if it leaves so much all the same, nothing that is there always
     /// is the better for having explained less.
     fn put_into(self, outcome: &mut Outcome) {
-        let is_likely = |one: &Evidence| one.probability >= LIKELIER_THAN_NOT;
+        let is_likely = |one: &Evidence| one.probability >= LARGER_PART;
         if !self.evidence.iter().any(is_likely) {
             return;
         }

@@ -24,7 +24,7 @@ use crate::laws::{Law, Track, median_step_s};
 use crate::random::Noise;
 use crate::recording::Recording;
 use crate::rig::Rig;
-use crate::search::PLAIN_RATIO;
+use crate::thresholds::PLAIN_RATIO;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

@@ -18,8 +18,6 @@ use rayon::prelude::*;
 
 /// A p-value is no less than one over so many, and one.
 const REPETITIONS: u64 = 99;
-/// What chance does as well more often than this is not named.
-pub(crate) const CHANCE: f64 = 0.05;
 /// Blocks of a recording: a quarter of a second of six, much longer than noise remembers.
 const BLOCKS: usize = 24;
 
@@ -171,6 +169,7 @@ mod tests {
     use crate::recording::Recording;
     use crate::search;
     use crate::search::prospect;
+    use crate::thresholds::CHANCE_ALONE;
     use truth_plant::{Kind, Request, Strength};
 
     /// The recordings are the model's own, with white noise: of twenty p-values one is to be
@@ -209,7 +208,7 @@ mod tests {
         };
         let values: Vec<f64> = (1..=6).map(of_seed).collect();
         println!("{values:?}");
-        let low = values.iter().filter(|&&p| p <= CHANCE).count();
+        let low = values.iter().filter(|&&p| p <= CHANCE_ALONE).count();
         assert!(low <= 1, "{values:?}");
     }
 

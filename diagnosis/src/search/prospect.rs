@@ -8,10 +8,10 @@
 //! no more.
 
 use crate::estimate::fitted::with;
-use crate::estimate::misfit::NEXT_TO_NOTHING;
 use crate::estimate::refit::{Refit, take_away};
 use crate::estimate::{Bench, Fitted, Set};
 use crate::fit::law_problem::Columns;
+use crate::thresholds::NEXT_TO_NOTHING;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::borrow::Borrow;

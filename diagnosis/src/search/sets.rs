@@ -1,12 +1,12 @@
 //! Which sets are fitted, from where, and what is kept of them.
 
-use super::evidence::PLAIN_RATIO;
 use super::judge::Judge;
 use crate::estimate::candidates::twins;
 use crate::estimate::fitted::with;
 use crate::estimate::{Fitted, STEPS_FROM_GIVEN, Set};
 use crate::laws::Law;
 use crate::search::prospect;
+use crate::thresholds::PLAIN_RATIO;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 

@@ -15,34 +15,14 @@ use crate::estimate::fitted::with;
 use crate::estimate::{Bench, Fitted};
 use crate::rig::Rig;
 use crate::search::{Evidence, Outcome};
+use crate::thresholds::{
+    ALIKE, BACK, BENT, FREEDOM_OF_STATED, MOST_CERTAIN, STRAYED, WRONG_NUMBER,
+};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// An ordinary parameter further off than this many of its stated deviations, taken of the
-/// number given and of the number found, is hardly an error of the number: of twelve practice
-/// rigs one has a number 3.2 off.
-pub(crate) const STRAYED: f64 = 4.0;
-/// A number that has come back is no further off than this many.
-const BACK: f64 = 2.5;
 /// Of the effects so many are fitted to the end.
 const FINALISTS: usize = 4;
-/// No rig file that was fitted to the same axis beforehand is off by more than this part of a
-/// number that it states well: effects bend numbers by tenths. A cable that drags, called a friction
-/// that grows with the pressure difference, took all forces of the balance down to a third: a
-/// mass 33 deviations off.
-const BENT: f64 = 0.5;
-/// Effects whose logarithms of the posterior differ by less than this cannot be told apart:
-/// twenty to one.
-const ALIKE: f64 = 3.0;
-/// A stated deviation is itself a guess, as if taken from so many numbers and one more: errors
-/// far out are likelier than of a normal distribution.
-const FREEDOM_OF_STATED: f64 = 10.0;
-/// How many times likelier, before any recording is seen, some number of a rig file is wrong
-/// than a given effect is there: there are some 25 of these.
-const WRONG_NUMBER: f64 = 25.0;
-/// Numbers that no recording could make more certain.
-const MOST_CERTAIN: f64 = 0.95;
-
 /// How many of its deviations a number lies from what the rig states: of the one stated, the
 /// same of the number found, and the one it is found with, the largest counts. How many times
 /// larger than stated deviations are as a rule is for the caller to count in.

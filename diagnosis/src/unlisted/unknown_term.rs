@@ -31,6 +31,7 @@ use crate::inspect::quantile;
 use crate::laws::{Law, Track};
 use crate::model::Side;
 use crate::search::plain_ratio;
+use crate::thresholds::AS_WELL;
 use crate::unlisted::equation::Equation;
 use crate::unlisted::missing_force;
 use model_core::left_out::{KNOTS, knots};
@@ -38,10 +39,6 @@ use model_core::left_out::{KNOTS, knots};
 /// A table that after a few iterations leaves so many times the amplitude that the named effects
 /// leave will not end below them.
 const HOPELESS: f64 = 5.0;
-
-/// An equation does as well as a table that takes away this part of the misfit's amplitude more
-/// (chosen): the table has nine numbers to bend.
-const AS_WELL: f64 = 0.05;
 
 /// What is a table of what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use firmware::settings::Wiring as Known;
 use super::CommandError;
 use super::board_port::BoardPort;
 use super::inputs::{bad_input, read_rig};
-use super::on_board::{Ended, OnBoard, note};
+use super::on_board::{Ended, LOOK_EVERY, LOOKS_FOR_REST, OnBoard, note};
 use crate::board::orders;
 use crate::board::send::Kept;
 use crate::commission::programs::careful;
@@ -21,6 +21,8 @@ use crate::model::AxisFault;
 use crate::recording::Recording;
 use crate::rig::Rig;
 
+/// A load that has moved less from one look to the next stands, m: six deviations of a usual sensor's noise.
+const STANDS_M: f64 = 50e-6;
 /// Names of the experiments.
 const PULSES: &str = "wiring-pulses";
 const SWING: &str = "wiring-swing";
@@ -144,8 +146,18 @@ fn unclear(ended: Option<Ended>) -> CommandError {
     bad_input(format!("wiring: not told: {why}"))
 }
 
+/// Where the load is, once it stands.
 fn stands_at_m(board: &OnBoard<'_>) -> Result<f64, CommandError> {
-    board.asked(orders::position_m)
+    let mut before_m = board.asked(orders::position_m)?;
+    for _ in 0..LOOKS_FOR_REST {
+        std::thread::sleep(LOOK_EVERY);
+        let now_m = board.asked(orders::position_m)?;
+        if (now_m - before_m).abs() < STANDS_M {
+            return Ok(now_m);
+        }
+        before_m = now_m;
+    }
+    Ok(before_m)
 }
 
 fn read(board: &OnBoard<'_>, name: &str, rig: &Rig) -> Result<Recording, CommandError> {

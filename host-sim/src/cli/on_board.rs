@@ -23,8 +23,8 @@ use crate::experiment;
 use crate::rig::Rig;
 
 /// How often, and how many times, a board is asked again whose load still moves.
-const LOOK_EVERY: Duration = Duration::from_millis(200);
-const LOOKS_FOR_REST: u32 = 15;
+pub(super) const LOOK_EVERY: Duration = Duration::from_millis(200);
+pub(super) const LOOKS_FOR_REST: u32 = 15;
 
 /// A run that ended before its end.
 #[derive(Clone, Debug)]

@@ -18,9 +18,9 @@ use crate::recording::Recording;
 use crate::rig::{FeedsAWhen, Rig};
 use firmware::experiment::CHECKED_WITHIN_M;
 
-/// The places of a check, so much to either side of the load: what a board allows less a sensor's
-/// noise.
-const WITHIN_M: f64 = CHECKED_WITHIN_M as f64 - 0.1e-3;
+/// The places of a check, so much to either side of the load: what a board allows less what the load
+/// creeps until it begins.
+const WITHIN_M: f64 = CHECKED_WITHIN_M as f64 - 0.3e-3;
 /// A check is no faster, m/s: what the load reaches within the way above on the spring of its gas.
 const SPEED_M_PER_S: f64 = 0.5;
 /// What the first pulses add to a chamber at half of its volume, Pa: a tenth of the friction of a usual seal.

@@ -5,21 +5,10 @@ use super::forms::{Form, Variable};
 use super::term::Term;
 use crate::estimate::correlation::integrated_autocorrelation;
 use crate::golden_section::least_within;
+use crate::thresholds::{ERROR_OF_EQUATION, FORMS_AS_WELL, LARGER_PART, WORTH_A_FIRST_TERM};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Forms whose criterion is this near to the best one's would do as well: odds of about 150.
-pub const AS_WELL: f64 = 10.0;
-/// The first term takes away this part of the energy above the noise ...
-const WORTH_A_FIRST_TERM: f64 = 0.25;
-/// ... a further one this part of what those before it leave ...
-const WORTH_A_TERM: f64 = 0.5;
-/// ... and all of them together this part of what is missing, also in samples that they were not
-/// fitted to; all chosen.
-const WORTH_AN_EQUATION: f64 = 0.5;
-/// Part of the amplitude that a form explains by which it may be off itself (chosen): real springs and
-/// seals are of no form exactly.
-const ERROR_OF_FORM: f64 = 0.1;
 /// Fewer samples tell no form (chosen).
 const FEWEST_SAMPLES: usize = 30;
 /// Parts of the samples that are left out in turn.
@@ -98,7 +87,7 @@ pub fn best(missing: &Missing<'_>) -> Option<Equation> {
     let left = search.above_noise(found.squares);
     let share = search.share_held_out(found);
     let is_worth_it =
-        left <= (1.0 - WORTH_AN_EQUATION) * search.above_noise(none) && share >= WORTH_AN_EQUATION;
+        left <= (1.0 - LARGER_PART) * search.above_noise(none) && share >= LARGER_PART;
     is_worth_it.then(|| Equation {
         quantity: missing.quantity,
         unit: missing.unit,
@@ -128,7 +117,7 @@ impl Search<'_, '_> {
     /// is quite the one that is there.
     fn above_noise(&self, squares: f64) -> f64 {
         let explained = (self.squares_of_none() - squares).max(0.0);
-        let of_form = ERROR_OF_FORM.powi(2) * explained;
+        let of_form = ERROR_OF_EQUATION.powi(2) * explained;
         (squares - self.missing.samples.len() as f64 - of_form).max(0.0)
     }
 
@@ -142,7 +131,7 @@ impl Search<'_, '_> {
         let worth = if solved.terms.len() == 1 {
             WORTH_A_FIRST_TERM
         } else {
-            WORTH_A_TERM
+            LARGER_PART
         };
         self.above_noise(solved.squares) <= (1.0 - worth) * self.above_noise(before)
     }
@@ -163,7 +152,7 @@ impl Search<'_, '_> {
                 .map_or(0, |term| self.numbers(term));
             let gain = self.criterion(before, 0, independent)
                 - self.criterion(last.solved.squares, numbers, independent);
-            if gain > AS_WELL {
+            if gain > FORMS_AS_WELL {
                 return;
             }
             steps.pop();
@@ -189,7 +178,8 @@ impl Search<'_, '_> {
         let least = self.criterion(first.solved.squares, numbers, independent);
         let is_term = |place: usize| last.solved.terms.iter().any(|term| term.place == place);
         let as_well = first.others.iter().filter(|(place, squares, numbers)| {
-            !is_term(*place) && self.criterion(*squares, *numbers, independent) < least + AS_WELL
+            !is_term(*place)
+                && self.criterion(*squares, *numbers, independent) < least + FORMS_AS_WELL
         });
         as_well.map(|(place, _, _)| self.phrase(*place)).collect()
     }

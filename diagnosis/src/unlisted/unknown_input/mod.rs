@@ -38,6 +38,7 @@ use crate::fit::law_problem::{Columns, FreeParameter, LawProblem, windows};
 use crate::laws::{Law, View, median};
 use crate::locate::{self, Located};
 use crate::rig::Rig;
+use crate::thresholds::{AS_WELL, LARGER_PART};
 use crate::unlisted::equation::Equation;
 use crate::unlisted::missing_input::{self, Sample};
 use inputs::{Input, inputs, shifted};
@@ -48,14 +49,6 @@ use step::{STEP, slopes, step, step_size};
 
 /// Length of a window, s.
 const WINDOW_S: f64 = 0.1;
-/// An input that explains less than this of the energy above the noise is not the
-/// place: half, or another part is missing as well.
-const LEAST_SHARE: f64 = 0.5;
-/// Inputs that explain this part of what the best does are not told apart by it.
-const AS_GOOD: f64 = 0.95;
-/// An input that explains this part of what it explains by one number for all windows hardly
-/// varies; chosen.
-const HARDLY_VARIES: f64 = 0.5;
 /// Steps of the ordinary parameters.
 const ROUNDS: usize = 5;
 /// A window says nothing where deviation or errors are more than this many times the
@@ -124,11 +117,11 @@ pub(crate) fn find(bench: &Bench<'_>, baseline: &Fitted) -> Option<Needed> {
             let by_constant = (without.left - explained.left_by_constant) / above_noise;
             Some(Found {
                 share,
-                is_disguise: input.varies && by_constant > HARDLY_VARIES * share,
+                is_disguise: input.varies && by_constant > LARGER_PART * share,
                 needed: windowed.needed(input, &explained, share),
             })
         })
-        .filter(|found| found.share >= LEAST_SHARE)
+        .filter(|found| found.share >= LARGER_PART)
         .collect();
     if above_noise <= 0.0 {
         return None;
@@ -140,7 +133,7 @@ pub(crate) fn find(bench: &Bench<'_>, baseline: &Fitted) -> Option<Needed> {
         .map(|one| (one.share, one.needed))
         .collect();
     let best = found.iter().map(|(share, _)| *share).reduce(f64::max)?;
-    found.retain(|(share, _)| *share > AS_GOOD * best);
+    found.retain(|(share, _)| *share > (1.0 - AS_WELL) * best);
     // A disguise needs other values from window to window; what is off goes with
     // something.
     let law = |needed: &Needed| {

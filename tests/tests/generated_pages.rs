@@ -1,7 +1,7 @@
-//! The page of effects says what the declarations and the laws say, and has a picture for each.
+//! Pages that are made from the code say what it says.
 
 use std::path::Path;
-use tests::effects;
+use tests::{effects, thresholds};
 
 const ANEW: &str = "write it anew: cargo run --release -p tests --example effects";
 
@@ -34,4 +34,15 @@ fn prop_the_page_of_effects_is_that_of_the_list() {
         let is_stated = section.contains("```text") || section.contains("The law stands with");
         assert!(is_stated, "{name}: its law is not stated");
     }
+}
+
+#[test]
+fn prop_the_deciding_numbers_of_the_book_are_those_of_the_code() {
+    let method = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/method.md");
+    let method = std::fs::read_to_string(method).expect("docs/method.md");
+    let table = thresholds::table();
+    assert!(
+        method.contains(table.trim()),
+        "docs/method.md is out of date; write it anew: cargo run -p tests --example thresholds"
+    );
 }
