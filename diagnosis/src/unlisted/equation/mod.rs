@@ -12,7 +12,7 @@
 //! frequency, a path), which is scanned and then refined. Of sets with as many terms the one with
 //! the least Bayesian information criterion counts, with as many independent samples as what it
 //! leaves allows (Schwarz 1978; autocorrelation as in `fitted`). A further term stays where it takes
-//! away half of what those before it leave above the noise. A form within [`crate::thresholds::FORMS_AS_WELL`] of the best
+//! away half of what those before it leave above the noise. A form within `thresholds::FORMS_AS_WELL` of the best
 //! is a rival and is said.
 //!
 //! Limits: forms of one variable each; a product of two variables is none of them.
