@@ -25,8 +25,26 @@ fn json(value: &impl Serialize) -> PyResult<String> {
     serde_json::to_string_pretty(value).map_err(unusable)
 }
 
-fn rows(recordings: &[PyRef<'_, Recording>]) -> Vec<Rows> {
-    recordings.iter().map(|one| one.inner.clone()).collect()
+/// The recordings, which have every signal that the rig names: those of arrays may not.
+fn rows(rig: &Rig, recordings: &[PyRef<'_, Recording>]) -> PyResult<Vec<Rows>> {
+    let checked = recordings.iter().map(|one| {
+        has_signals_of(rig, &one.inner)?;
+        Ok(one.inner.clone())
+    });
+    checked.collect()
+}
+
+fn has_signals_of(rig: &Rig, recording: &Rows) -> PyResult<()> {
+    let mut named = rig.inner.signals.by_name.keys();
+    let lacking = named.find(|name| *name != "t" && recording.signal(name).is_none());
+    lacking.map_or(Ok(()), |name| {
+        let has: Vec<&str> = recording.signals.keys().map(String::as_str).collect();
+        Err(unusable(format!(
+            "{}: {name}: the rig's [signals] name it and the recording has {}, expected every signal of the rig",
+            recording.name,
+            has.join(", ")
+        )))
+    })
 }
 
 /// The laws that a rig describes and that its recordings drive.
@@ -41,6 +59,7 @@ fn laws(rig: &grey_box::rig::Rig) -> PyResult<Vec<Law>> {
 /// What a recording is worth: JSON, and the text that the program shows.
 #[pyfunction]
 pub fn inspect(py: Python<'_>, rig: &Rig, recording: &Recording) -> PyResult<(String, String)> {
+    has_signals_of(rig, &recording.inner)?;
     let inspection = py.detach(|| diagnosis::inspect::inspect(&rig.inner, &recording.inner));
     Ok((json(&inspection)?, inspection.to_string()))
 }
@@ -52,7 +71,7 @@ pub fn compare(
     rig: &Rig,
     recordings: Vec<PyRef<'_, Recording>>,
 ) -> PyResult<(String, String)> {
-    let (laws, recordings) = (laws(&rig.inner)?, rows(&recordings));
+    let (laws, recordings) = (laws(&rig.inner)?, rows(rig, &recordings)?);
     let compared = py.detach(|| {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         let each = laws
@@ -77,7 +96,7 @@ pub fn fit(
 ) -> PyResult<(String, String, Rig)> {
     let requests = free.iter().map(|text| FreeRequest::parse(text));
     let requests = requests.collect::<Result<Vec<_>, _>>().map_err(unusable)?;
-    let (given, train, held_out) = (&rig.inner, rows(&train), rows(&held_out));
+    let (given, train, held_out) = (&rig.inner, rows(rig, &train)?, rows(rig, &held_out)?);
     let fits = py.detach(|| fits(given, train, held_out, &requests));
     let fits = fits?;
     let texts: Vec<String> = fits.iter().map(ToString::to_string).collect();
@@ -173,7 +192,7 @@ pub fn diagnose(
     held_out: Vec<PyRef<'_, Recording>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Diagnosis> {
-    let (given, train, held_out) = (rig.clone(), rows(&train), rows(&held_out));
+    let (given, train, held_out) = (rig.clone(), rows(rig, &train)?, rows(rig, &held_out)?);
     let stopped: Mutex<Option<PyErr>> = Mutex::new(None);
     let tell = |stage: &str| {
         let said = Python::attach(|py| {
@@ -236,7 +255,7 @@ pub fn identify(
             "there is no experiment {part:?}, expected one of {names}"
         ))
     })?;
-    let listed = rows(&recordings);
+    let listed = rows(rig, &recordings)?;
     if experiment == Experiment::ValveFlow && !Experiment::is_of_bench(&rig.inner, &listed) {
         return valve_flow(py, rig, recordings);
     }
@@ -257,7 +276,7 @@ pub fn valve_flow(
     rig: &Rig,
     recordings: Vec<PyRef<'_, Recording>>,
 ) -> PyResult<(String, String, Rig)> {
-    let recordings = rows(&recordings);
+    let recordings = rows(rig, &recordings)?;
     let measured = py.detach(|| {
         let tracks: Vec<Track<'_>> = recordings.iter().map(Track::new).collect();
         diagnosis::valve_flow::measure(&rig.inner, &tracks)

@@ -88,6 +88,21 @@ class Files(unittest.TestCase):
             with self.assertRaises(pneuma.PneumaError):
                 pneuma.recording(time_s, signals)
 
+    def test_a_signal_that_arrays_lack_is_named(self):
+        (read,) = recordings("train-1")
+        signals = {name: read[name] for name in read.signals if name != "p_b"}
+        made = pneuma.recording(read.time_s, signals, name="made")
+        works = (
+            lambda: pneuma.inspect(rig(), made),
+            lambda: pneuma.compare(rig(), [made]),
+            lambda: pneuma.fit(rig(), [made], [read]),
+            lambda: pneuma.diagnose(rig(), [read], [made]),
+        )
+        for work in works:
+            with self.assertRaises(pneuma.PneumaError) as caught:
+                work()
+            self.assertIn("made: p_b", str(caught.exception))
+
 
 class Work(unittest.TestCase):
     def test_a_diagnosis_is_the_program_s_to_the_byte(self):
