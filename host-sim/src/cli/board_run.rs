@@ -119,6 +119,8 @@ fn refused(arguments: &RunArguments, error: &RunError) -> CommandError {
 /// What will move, and within what.
 pub(super) fn lines_of(program: &Program) -> Vec<String> {
     let fixed = |value: f32, digits| number::fixed(f64::from(value), digits);
+    // Tenths of a millimetre in a narrow envelope.
+    let places = |span_m: f32| if span_m < 0.02 { 1 } else { 0 };
     let Envelope {
         position_m: [low_m, high_m],
         speed_m_per_s,
@@ -129,8 +131,8 @@ pub(super) fn lines_of(program: &Program) -> Vec<String> {
         format!("{} s", number::fixed(program.seconds(), 1)),
         format!(
             "within {} to {} mm, {} m/s, {} to {} bar absolute, {} N",
-            fixed(1e3 * low_m, 0),
-            fixed(1e3 * high_m, 0),
+            fixed(1e3 * low_m, places(high_m - low_m)),
+            fixed(1e3 * high_m, places(high_m - low_m)),
             fixed(speed_m_per_s, 2),
             fixed(1e-5 * low_pa, 2),
             fixed(1e-5 * high_pa, 2),
@@ -200,7 +202,8 @@ fn said(step: &Step, fixed: &dyn Fn(f32, usize) -> String) -> String {
             fixed(frequency_hz, 2)
         ),
     };
-    format!("{what}, {} s", fixed(step.seconds(), 2))
+    let digits = if step.seconds() < 0.1 { 3 } else { 2 };
+    format!("{what}, {} s", fixed(step.seconds(), digits))
 }
 
 /// The experiment's file as comments, so that a recording says what it is of.

@@ -9,7 +9,7 @@ use firmware::settings::Wiring as Known;
 
 use super::CommandError;
 use super::board_port::BoardPort;
-use super::inputs::{bad_input, read_rig};
+use super::inputs::{bad_input, bare_name, read_rig};
 use super::on_board::{Ended, LOOK_EVERY, LOOKS_FOR_REST, OnBoard, note};
 use crate::board::orders;
 use crate::board::send::Kept;
@@ -65,7 +65,10 @@ pub fn run(arguments: &CheckWiringArguments, out: &mut dyn Write) -> Result<(), 
     };
     check(&board, &rig, out)?;
     let name = arguments.rig.display().to_string();
-    board.send((&rig, &name), (Known::Checked, Kept::Stored), out)
+    board.send((&rig, &name), (Known::Checked, Kept::Stored), out)?;
+    let name = bare_name(&arguments.rig);
+    writeln!(out, "{name}: wiring checked; the board follows set-points")?;
+    Ok(out.flush()?)
 }
 
 /// Checks the wiring; an error that names what is the wrong way round, unless nothing is.
