@@ -11,6 +11,7 @@ use firmware::settings::Wiring;
 use host_sim::board::twin::Twin;
 use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::commission::{CommissionArguments, run};
+use host_sim::cli::on_board::OnBoard;
 use host_sim::commission::score::Score;
 use host_sim::commission::steps::{Progress, Step};
 use host_sim::rig::Rig;
@@ -80,13 +81,15 @@ fn commissioned(seed: u64, effect: &str, until: Option<Step>) -> (Progress, Resu
         Err(error) => return (Progress::default(), Err(error)),
     };
     let arguments = CommissionArguments {
-        port: BoardPort {
-            serial: address,
-            baud: 0,
+        board: OnBoard {
+            port: BoardPort {
+                serial: address,
+                baud: 0,
+            },
+            rig,
+            folder: folder.clone(),
+            yes: true,
         },
-        rig,
-        folder: folder.clone(),
-        yes: true,
         from: None,
         until,
     };

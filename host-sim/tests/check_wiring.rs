@@ -15,6 +15,7 @@ use host_sim::board::port::Port;
 use host_sim::board::twin::{Axis, Twin};
 use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::check_wiring::{CheckWiringArguments, run};
+use host_sim::cli::on_board::OnBoard;
 use host_sim::commission::wiring::Wiring as Found;
 use host_sim::fault_campaign::Wiring;
 use host_sim::plant::{Plant, PlantSettings};
@@ -117,13 +118,15 @@ fn look(case: &Case, supply: &str) -> Looked {
         }
     });
     let arguments = CheckWiringArguments {
-        port: BoardPort {
-            serial: serial.clone(),
-            baud: 0,
+        board: OnBoard {
+            port: BoardPort {
+                serial: serial.clone(),
+                baud: 0,
+            },
+            rig,
+            folder,
+            yes: true,
         },
-        rig,
-        folder,
-        yes: true,
     };
     let mut out = Vec::new();
     let outcome = run(&arguments, &mut out).map_err(|error| error.to_string());

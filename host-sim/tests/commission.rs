@@ -13,6 +13,7 @@ use firmware::settings::Wiring;
 use host_sim::board::twin::Twin;
 use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::commission::{CommissionArguments, run};
+use host_sim::cli::on_board::OnBoard;
 use host_sim::commission::steps::{Progress, Step};
 use host_sim::plant::PlantSettings;
 use host_sim::recording::Recording;
@@ -57,13 +58,15 @@ impl Way {
         std::fs::write(&rig, format!("{PAPER}{UNCERTAINTY}")).unwrap();
         Self {
             arguments: CommissionArguments {
-                port: BoardPort {
-                    serial: board(axis),
-                    baud: 0,
+                board: OnBoard {
+                    port: BoardPort {
+                        serial: board(axis),
+                        baud: 0,
+                    },
+                    rig,
+                    folder,
+                    yes: true,
                 },
-                rig,
-                folder,
-                yes: true,
                 from: None,
                 until: None,
             },
@@ -78,7 +81,7 @@ impl Way {
     }
 
     fn file(&self, name: &str) -> PathBuf {
-        self.arguments.folder.join(name)
+        self.arguments.board.folder.join(name)
     }
 }
 
@@ -93,7 +96,7 @@ fn val_a_reversed_valve_is_named_before_the_load_has_moved_2_mm() {
     let (outcome, said) = way.until(Some(Step::Wiring));
     let line = outcome.unwrap_err();
     assert!(line.contains("the valve is reversed"), "{line}\n{said}");
-    let rig = Rig::read(&way.arguments.rig).unwrap();
+    let rig = Rig::read(&way.arguments.board.rig).unwrap();
     for name in ["wiring-pulses.csv", "wiring-swing.csv"] {
         let recording = Recording::read(way.file(name), &rig.signals).unwrap();
         let position_m = recording.signal("x").unwrap();

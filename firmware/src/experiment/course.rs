@@ -360,8 +360,6 @@ mod tests {
         assert!(all.iter().all(|one| one.abs() <= 1.0));
     }
 
-    /// Its largest error, and that the waves of a board and of a host are the same: the crate's own
-    /// operations, no library's.
     #[test]
     fn val_the_exciting_cosine_is_within_its_error() {
         let errors = (-20_000..20_000).map(|step| {

@@ -3,24 +3,22 @@
 use super::board_port::{BoardPort, with_board};
 use super::board_run::{self, RunArguments};
 use super::check_wiring::{self, CheckWiringArguments};
-use super::inputs::{bad_input, read_rig};
+use super::inputs::{bad_input, read_rig, rig_fault};
 use super::stop::stop_wish;
 use super::{CommandError, wiring_of};
 use crate::board::orders::{self, Move, OrderError, Progress};
 use crate::board::port::Port;
 use crate::board::twin::Twin;
 use crate::board::words;
-use crate::model::AxisFault;
 use crate::plant::PlantSettings;
 use crate::report::number;
-use crate::rig::RigError;
 use clap::{Args, Subcommand};
 use firmware::status::Status;
 use firmware::tick::State;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 /// Tell a board what to do, or ask how it is.
@@ -223,14 +221,4 @@ fn be_a_board(arguments: &TwinArguments, out: &mut dyn Write) -> Result<(), Comm
     loop {
         twin.serve_next(&listener, 1.0)?;
     }
-}
-
-fn rig_fault(path: &Path, fault: AxisFault) -> CommandError {
-    bad_input(RigError {
-        file: path.display().to_string(),
-        line: None,
-        key: Some(fault.key),
-        problem: fault.problem,
-        expected: fault.expected,
-    })
 }

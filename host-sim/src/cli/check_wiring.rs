@@ -1,15 +1,13 @@
 //! `pneuma board check-wiring`: which way round valve, tubes, gauges and sensors answer.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use clap::Args;
 use firmware::experiment::Reason;
 use firmware::settings::Wiring as Known;
 
 use super::CommandError;
-use super::board_port::BoardPort;
-use super::inputs::{bad_input, bare_name, read_rig};
+use super::inputs::{bad_input, bare_name, read_rig, rig_fault};
 use super::on_board::{Ended, LOOK_EVERY, LOOKS_FOR_REST, OnBoard, note};
 use crate::board::orders;
 use crate::board::send::Kept;
@@ -17,7 +15,6 @@ use crate::commission::programs::careful;
 use crate::commission::wiring::{
     Answer, DOUBLINGS, Wiring, answer, found, pulses, swing, turned_over,
 };
-use crate::model::AxisFault;
 use crate::recording::Recording;
 use crate::rig::Rig;
 
@@ -36,18 +33,9 @@ const SWING: &str = "wiring-swing";
 /// named. If all is right, the board stores the settings as those of a checked axis.
 #[derive(Args, Clone, Debug)]
 pub struct CheckWiringArguments {
-    /// Where the board is.
+    /// Board, rig file and folder.
     #[command(flatten)]
-    pub port: BoardPort,
-    /// The rig file.
-    #[arg(long)]
-    pub rig: PathBuf,
-    /// Where the experiments and their recordings go.
-    #[arg(long)]
-    pub folder: PathBuf,
-    /// Do not ask before a motion.
-    #[arg(long)]
-    pub yes: bool,
+    pub board: OnBoard,
 }
 
 /// Runs the command.
@@ -55,39 +43,26 @@ pub struct CheckWiringArguments {
 /// # Errors
 /// If the board is not ready, or something is the wrong way round.
 pub fn run(arguments: &CheckWiringArguments, out: &mut dyn Write) -> Result<(), CommandError> {
-    let rig = read_rig(&arguments.rig)?;
-    std::fs::create_dir_all(&arguments.folder)?;
-    let board = OnBoard {
-        port: &arguments.port,
-        rig: &arguments.rig,
-        folder: &arguments.folder,
-        yes: arguments.yes,
-    };
-    check(&board, &rig, out)?;
-    let name = arguments.rig.display().to_string();
+    let board = &arguments.board;
+    let rig = read_rig(&board.rig)?;
+    std::fs::create_dir_all(&board.folder)?;
+    check(board, &rig, out)?;
+    let name = board.rig.display().to_string();
     board.send((&rig, &name), (Known::Checked, Kept::Stored), out)?;
-    let name = bare_name(&arguments.rig);
+    let name = bare_name(&board.rig);
     writeln!(out, "{name}: wiring checked; the board follows set-points")?;
     Ok(out.flush()?)
 }
 
 /// Checks the wiring; an error that names what is the wrong way round, unless nothing is.
-pub(super) fn check(
-    board: &OnBoard<'_>,
-    rig: &Rig,
-    out: &mut dyn Write,
-) -> Result<(), CommandError> {
+pub(super) fn check(board: &OnBoard, rig: &Rig, out: &mut dyn Write) -> Result<(), CommandError> {
     match looked_into(board, rig, out)? {
         Wiring::Right => note(Wiring::Right.text(), out),
         wrong => Err(bad_input(format!("wiring: {}", wrong.text()))),
     }
 }
 
-fn looked_into(
-    board: &OnBoard<'_>,
-    rig: &Rig,
-    out: &mut dyn Write,
-) -> Result<Wiring, CommandError> {
+fn looked_into(board: &OnBoard, rig: &Rig, out: &mut dyn Write) -> Result<Wiring, CommandError> {
     let name = board.rig.display().to_string();
     board.send(
         (&careful(rig), &name),
@@ -118,19 +93,11 @@ fn looked_into(
 }
 
 /// Pulses that grow until a chamber answers.
-fn pulsed(board: &OnBoard<'_>, rig: &Rig, out: &mut dyn Write) -> Result<Answer, CommandError> {
-    let name = board.rig.display();
-    let no_axis = |fault: AxisFault| {
-        let AxisFault {
-            key,
-            problem,
-            expected,
-        } = fault;
-        bad_input(format!("{name}: {key}: {problem}, expected {expected}"))
-    };
-    let mut board = *board;
+fn pulsed(board: &OnBoard, rig: &Rig, out: &mut dyn Write) -> Result<Answer, CommandError> {
+    let mut board = board.clone();
     for doublings in 0..=DOUBLINGS {
-        let text = pulses(rig, stands_at_m(&board)?, doublings).map_err(no_axis)?;
+        let text = pulses(rig, stands_at_m(&board)?, doublings);
+        let text = text.map_err(|fault| rig_fault(&board.rig, fault))?;
         let ended = board.experiment((PULSES, &text), out)?;
         match answer(&read(&board, PULSES, rig)?, rig, ended.is_none()) {
             Some(Answer::Faint) if ended.is_none() => {}
@@ -150,7 +117,7 @@ fn unclear(ended: Option<Ended>) -> CommandError {
 }
 
 /// Where the load is, once it stands.
-fn stands_at_m(board: &OnBoard<'_>) -> Result<f64, CommandError> {
+fn stands_at_m(board: &OnBoard) -> Result<f64, CommandError> {
     let mut before_m = board.asked(orders::position_m)?;
     for _ in 0..LOOKS_FOR_REST {
         std::thread::sleep(LOOK_EVERY);
@@ -163,7 +130,7 @@ fn stands_at_m(board: &OnBoard<'_>) -> Result<f64, CommandError> {
     Ok(before_m)
 }
 
-fn read(board: &OnBoard<'_>, name: &str, rig: &Rig) -> Result<Recording, CommandError> {
+fn read(board: &OnBoard, name: &str, rig: &Rig) -> Result<Recording, CommandError> {
     let path = board.path(&format!("{name}.csv"));
     Recording::read(&path, &rig.signals).map_err(bad_input)
 }

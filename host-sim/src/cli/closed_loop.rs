@@ -1,5 +1,6 @@
 //! `pneuma loop`: a controller and the plant, taking turns.
 
+use super::inputs::rig_fault;
 use super::{CommandError, inputs, outputs, wiring_of};
 use crate::charts;
 use crate::closed_loop::transcript::{self, Replay};
@@ -7,12 +8,11 @@ use crate::closed_loop::{
     Course, Drive, HostController, Judged, RemoteController, Run, judge, recorded,
     run as run_course, wired_task, wrongly_known,
 };
-use crate::model::AxisFault;
 use crate::motion::{self, Motion};
 use crate::plant::{Event, Plant, PlantSettings};
 use crate::recording::MAXIMUM_ROWS;
 use crate::report::number;
-use crate::rig::{Rig, RigError};
+use crate::rig::Rig;
 use crate::text::file_name;
 use clap::Args;
 use firmware::fault::DESCRIPTIONS;
@@ -293,16 +293,6 @@ fn check_rows(arguments: &LoopArguments, motion: &Motion, tick_s: f64) -> Result
     Err(inputs::bad_input(format!(
         "the run takes {ticks} ticks of {tick_s} s, expected at most {MAXIMUM_ROWS}; shorten it with --seconds"
     )))
-}
-
-fn rig_fault(path: &Path, fault: AxisFault) -> CommandError {
-    inputs::bad_input(RigError {
-        file: path.display().to_string(),
-        line: None,
-        key: Some(fault.key),
-        problem: fault.problem,
-        expected: fault.expected,
-    })
 }
 
 // what comes out

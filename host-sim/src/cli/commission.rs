@@ -8,7 +8,6 @@ use clap::Args;
 use firmware::settings::Wiring;
 use serde_json::Value;
 
-use super::board_port::BoardPort;
 use super::check_wiring::check;
 use super::diagnose::{self, DiagnoseArguments};
 use super::inputs::{bad_input, bare_name, provenance, read_rig};
@@ -42,18 +41,9 @@ const LEAST_S: f64 = 5.0;
 /// shown.
 #[derive(Args, Clone, Debug)]
 pub struct CommissionArguments {
-    /// Where the board is.
+    /// Board, rig file and folder.
     #[command(flatten)]
-    pub port: BoardPort,
-    /// The rig file, as `pneuma init` makes it.
-    #[arg(long)]
-    pub rig: PathBuf,
-    /// Where experiments, recordings, improved rig and sheet go.
-    #[arg(long)]
-    pub folder: PathBuf,
-    /// Do not ask before a motion.
-    #[arg(long)]
-    pub yes: bool,
+    pub board: OnBoard,
     /// Begin again with this step.
     #[arg(long, value_name = "STEP", value_parser = step_of)]
     pub from: Option<Step>,
@@ -75,9 +65,9 @@ fn step_of(word: &str) -> Result<Step, String> {
 /// # Errors
 /// If a step cannot be done; what is done until then is kept.
 pub fn run(arguments: &CommissionArguments, out: &mut dyn Write) -> Result<(), CommandError> {
-    let rig = read_rig(&arguments.rig)?;
-    fs::create_dir_all(&arguments.folder)?;
-    let place = arguments.folder.join(PROGRESS);
+    let rig = read_rig(&arguments.board.rig)?;
+    fs::create_dir_all(&arguments.board.folder)?;
+    let place = arguments.board.folder.join(PROGRESS);
     let read = Progress::read(&place);
     let mut progress = read.map_err(|error| bad_input(format!("{}: {error}", place.display())))?;
     if let Some(step) = arguments.from {
@@ -110,15 +100,6 @@ pub fn run(arguments: &CommissionArguments, out: &mut dyn Write) -> Result<(), C
     Ok(writeln!(way.out, "{sheet}")?)
 }
 
-fn on_board(arguments: &CommissionArguments) -> OnBoard<'_> {
-    OnBoard {
-        port: &arguments.port,
-        rig: &arguments.rig,
-        folder: &arguments.folder,
-        yes: arguments.yes,
-    }
-}
-
 struct Way<'a> {
     arguments: &'a CommissionArguments,
     rig: &'a Rig,
@@ -128,7 +109,7 @@ struct Way<'a> {
 
 impl Way<'_> {
     fn path(&self, name: &str) -> PathBuf {
-        self.arguments.folder.join(name)
+        self.arguments.board.folder.join(name)
     }
 
     fn file(&self, name: &str) -> String {
@@ -138,12 +119,13 @@ impl Way<'_> {
     fn go(&mut self, step: Step) -> Result<(), CommandError> {
         match step {
             Step::Board => self.board(),
-            Step::Settings => self.settings(),
+            // As of an unchecked axis: nothing can move far.
+            Step::Settings => self.be_careful(Wiring::Unchecked),
             Step::Wiring => self.wiring(),
             // An axis that is not as the rig file says may not be scored yet: that is why it is diagnosed.
             Step::ScoreBefore => {
-                let rig = self.arguments.rig.display().to_string();
-                self.send(&rig, Kept::UntilStart)?;
+                let rig = self.arguments.board.rig.display().to_string();
+                self.send(&rig, Wiring::Checked, Kept::UntilStart)?;
                 let ended = self.experiment("before", programs::score(self.rig))?;
                 self.progress.before = match ended {
                     None => Some(self.scored("before.csv")?.score()),
@@ -153,7 +135,10 @@ impl Way<'_> {
             }
             Step::Recordings => self.recordings(),
             Step::Diagnosis => self.diagnosis(),
-            Step::ImprovedSettings => self.send(&self.file("improved.toml"), Kept::Stored),
+            Step::ImprovedSettings => {
+                let improved = self.file("improved.toml");
+                self.send(&improved, Wiring::Checked, Kept::Stored)
+            }
             Step::ScoreAfter => {
                 let ended = self.experiment("after", programs::score(self.rig))?;
                 if let Some(why) = ended {
@@ -171,17 +156,17 @@ impl Way<'_> {
     }
 
     fn wiring(&mut self) -> Result<(), CommandError> {
-        let [rig, folder] = [&self.arguments.rig, &self.arguments.folder];
+        let [rig, folder] = [&self.arguments.board.rig, &self.arguments.board.folder];
         let [rig, folder] = [rig, folder].map(|path| path.display().to_string());
-        let serial = &self.arguments.port.serial;
+        let serial = &self.arguments.board.port.serial;
         let words = ["board", "check-wiring", "--rig", &rig, "--serial", serial];
         announce(&[&words[..], &["--folder", &folder]].concat(), self.out)?;
-        check(&on_board(self.arguments), self.rig, self.out)
+        check(&self.arguments.board, self.rig, self.out)
     }
 
     /// What the board says; a fault ends the way here.
     fn board(&mut self) -> Result<(), CommandError> {
-        let status = on_board(self.arguments).asked(orders::status)?;
+        let status = self.arguments.board.asked(orders::status)?;
         for line in words::lines(&status) {
             writeln!(self.out, "  {line}")?;
         }
@@ -192,41 +177,24 @@ impl Way<'_> {
         Ok(())
     }
 
-    /// Settings to the board, whose wiring was checked; what is only tried is not stored.
-    fn send(&mut self, rig: &str, kept: Kept) -> Result<(), CommandError> {
-        let serial = &self.arguments.port.serial;
-        let mut words = vec!["settings", "--rig", rig, "--serial", serial];
-        words.push("--wiring-checked");
+    /// Settings to the board, whose wiring was checked or not; what is only tried is not stored.
+    fn send(&mut self, rig: &str, wiring: Wiring, kept: Kept) -> Result<(), CommandError> {
+        let board = &self.arguments.board;
+        let mut words = vec!["settings", "--rig", rig, "--serial", &board.port.serial];
+        words.extend((wiring == Wiring::Checked).then_some("--wiring-checked"));
         words.extend((kept == Kept::UntilStart).then_some("--try-out"));
         announce(&words, self.out)?;
         let settings = (&read_rig(Path::new(rig))?, rig);
-        on_board(self.arguments).send(settings, (Wiring::Checked, kept), self.out)
-    }
-
-    /// As of an unchecked axis: nothing can move far.
-    fn settings(&mut self) -> Result<(), CommandError> {
-        let careful = self.careful()?;
-        let rig = careful.display().to_string();
-        let serial = &self.arguments.port.serial;
-        let words = ["settings", "--rig", &rig, "--serial", serial, "--try-out"];
-        announce(&words, self.out)?;
-        let settings = (&read_rig(&careful)?, rig.as_str());
-        let kept = (Wiring::Unchecked, Kept::UntilStart);
-        on_board(self.arguments).send(settings, kept, self.out)
+        board.send(settings, (wiring, kept), self.out)
     }
 
     /// The loop is slower meanwhile: it is to stay quiet about an axis of which the settings do not
     /// know all.
-    fn be_careful(&mut self) -> Result<(), CommandError> {
-        let careful = self.careful()?;
-        self.send(&careful.display().to_string(), Kept::UntilStart)
-    }
-
-    fn careful(&self) -> Result<PathBuf, CommandError> {
+    fn be_careful(&mut self, wiring: Wiring) -> Result<(), CommandError> {
         let careful = self.path("careful.toml");
-        let text = Rig::edited_file(&self.arguments.rig, &programs::careful(self.rig));
+        let text = Rig::edited_file(&self.arguments.board.rig, &programs::careful(self.rig));
         write_text(&careful, &text.map_err(bad_input)?)?;
-        Ok(careful)
+        self.send(&careful.display().to_string(), wiring, Kept::UntilStart)
     }
 
     fn experiment(
@@ -234,19 +202,19 @@ impl Way<'_> {
         name: &str,
         program: Option<String>,
     ) -> Result<Option<String>, CommandError> {
-        let rig = self.arguments.rig.display();
+        let rig = self.arguments.board.rig.display();
         let text = program.ok_or_else(|| {
             bad_input(format!(
                 "{rig}: the stroke is not known: give [cylinder] stroke_m"
             ))
         })?;
-        let ended = on_board(self.arguments).experiment((name, &text), self.out)?;
+        let ended = self.arguments.board.experiment((name, &text), self.out)?;
         Ok(ended.map(|ended| ended.why))
     }
 
     /// A run that ends early has shown something too, if it lasted.
     fn recordings(&mut self) -> Result<(), CommandError> {
-        self.be_careful()?;
+        self.be_careful(Wiring::Checked)?;
         for (number, name) in RECORDINGS.into_iter().enumerate() {
             if let Some(why) = self.experiment(name, programs::varied(self.rig, number))? {
                 let path = self.path(&format!("{name}.csv"));
@@ -257,14 +225,14 @@ impl Way<'_> {
                 }
                 self.noted(&format!("{why}; the {seconds:.1} s until then are used"))?;
                 // A loop that swung was made slower; with new settings it begins anew.
-                self.be_careful()?;
+                self.be_careful(Wiring::Checked)?;
             }
         }
         Ok(())
     }
 
     fn diagnosis(&mut self) -> Result<(), CommandError> {
-        let rig = self.arguments.rig.display().to_string();
+        let rig = self.arguments.board.rig.display().to_string();
         let [train_1, train_2, held_out] = RECORDINGS.map(|name| self.file(&format!("{name}.csv")));
         let [improved, report, json] =
             ["improved.toml", "diagnosis.html", "verdict.json"].map(|name| self.file(name));
@@ -309,11 +277,11 @@ impl Way<'_> {
             before: before.transpose()?,
             after: self.scored("after.csv")?,
         };
-        let rig = bare_name(&self.arguments.rig);
+        let rig = bare_name(&self.arguments.board.rig);
         let date = jiff::Timestamp::now().strftime("%Y-%m-%d").to_string();
         let mut page = sheet(&rig, &date, &self.progress, &runs);
         let files = [
-            self.arguments.rig.clone(),
+            self.arguments.board.rig.clone(),
             self.path("before.csv"),
             self.path("after.csv"),
         ];

@@ -4,7 +4,6 @@ use super::wiring_of;
 use super::{CommandError, inputs};
 use crate::closed_loop::{serve, wired_task};
 use crate::plant::PlantSettings;
-use crate::rig::RigError;
 use clap::Args;
 use std::io::Write;
 use std::net::TcpListener;
@@ -33,15 +32,8 @@ pub struct ControllerArguments {
 /// away without ending the run.
 pub fn run(arguments: &ControllerArguments, out: &mut dyn Write) -> Result<(), CommandError> {
     let rig = inputs::read_rig(&arguments.rig)?;
-    let mut task = wired_task(&rig, wiring_of(arguments.unchecked)).map_err(|fault| {
-        inputs::bad_input(RigError {
-            file: arguments.rig.display().to_string(),
-            line: None,
-            key: Some(fault.key),
-            problem: fault.problem,
-            expected: fault.expected,
-        })
-    })?;
+    let task = wired_task(&rig, wiring_of(arguments.unchecked));
+    let mut task = task.map_err(|fault| inputs::rig_fault(&arguments.rig, fault))?;
     let address = &arguments.listen;
     let no_place = |error| {
         inputs::bad_input(format!(

@@ -10,14 +10,26 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::CommandError;
 use crate::hash;
 use crate::laws::{Law, needs};
+use crate::model::AxisFault;
 use crate::recording::Recording;
 use crate::recording_set::{reworked_stretch, shared_stretch};
 use crate::report::Provenance;
-use crate::rig::Rig;
+use crate::rig::{Rig, RigError};
 use crate::text::file_name;
 
 pub(super) fn bad_input(error: impl ToString) -> CommandError {
     CommandError::BadInput(error.to_string())
+}
+
+/// A number of a rig file that makes no axis.
+pub(super) fn rig_fault(path: &Path, fault: AxisFault) -> CommandError {
+    bad_input(RigError {
+        file: path.display().to_string(),
+        line: None,
+        key: Some(fault.key),
+        problem: fault.problem,
+        expected: fault.expected,
+    })
 }
 
 pub(super) fn read_rig(path: &Path) -> Result<Rig, CommandError> {

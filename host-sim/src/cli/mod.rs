@@ -21,7 +21,7 @@ pub mod identify;
 pub mod init;
 mod inputs;
 pub mod inspect;
-mod on_board;
+pub mod on_board;
 mod outputs;
 pub mod paper;
 pub mod record;

@@ -2,9 +2,10 @@
 //! is written to a file, said and asked for before anything moves.
 
 use std::io::{self, BufRead, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
+use clap::Args;
 use firmware::experiment::Reason;
 use firmware::settings::transfer::Verdict;
 use firmware::settings::{Settings, Wiring};
@@ -35,26 +36,33 @@ pub(super) struct Ended {
 }
 
 /// A board, the rig file of its axis, and where files go.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OnBoard<'a> {
-    pub port: &'a BoardPort,
-    pub rig: &'a Path,
-    pub folder: &'a Path,
+#[derive(Args, Clone, Debug)]
+pub struct OnBoard {
+    /// Where the board is.
+    #[command(flatten)]
+    pub port: BoardPort,
+    /// The rig file, as `pneuma init` makes it.
+    #[arg(long)]
+    pub rig: PathBuf,
+    /// Where experiments, recordings and what comes of them go.
+    #[arg(long)]
+    pub folder: PathBuf,
     /// Do not ask before a motion.
+    #[arg(long)]
     pub yes: bool,
 }
 
-impl OnBoard<'_> {
-    pub fn path(&self, name: &str) -> PathBuf {
+impl OnBoard {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
-    pub fn open(&self) -> Result<Port, CommandError> {
+    pub(super) fn open(&self) -> Result<Port, CommandError> {
         Port::open(&self.port.serial, self.port.baud).map_err(bad_input)
     }
 
     /// Asks the board.
-    pub fn asked<Answer>(
+    pub(super) fn asked<Answer>(
         &self,
         question: impl FnOnce(&mut Port) -> Result<Answer, orders::OrderError>,
     ) -> Result<Answer, CommandError> {
@@ -63,7 +71,7 @@ impl OnBoard<'_> {
     }
 
     /// Settings to the board; whether they are kept is said.
-    pub fn send(
+    pub(super) fn send(
         &self,
         (rig, rig_name): (&Rig, &str),
         (wiring, kept): (Wiring, Kept),
@@ -93,7 +101,7 @@ impl OnBoard<'_> {
     }
 
     /// Writes an experiment, says it, asks, and runs it; how it ended early, if it did.
-    pub fn experiment(
+    pub(super) fn experiment(
         &self,
         (name, text): (&str, &str),
         out: &mut dyn Write,
@@ -108,7 +116,7 @@ impl OnBoard<'_> {
         let arguments = RunArguments {
             experiment: file,
             port: self.port.clone(),
-            rig: self.rig.to_owned(),
+            rig: self.rig.clone(),
             out: recording,
         };
         announce(
