@@ -3,7 +3,7 @@
 //! The ranges are those of a servo-pneumatic axis with room on both sides; they
 //! are there to catch a slip of units and a damaged number, not to doubt a rig.
 
-use super::field::{Field, SettingsFault, field, fields};
+use super::field::{Field, Fields, Range, SettingsFault, field, fields, first_fault, visit_points};
 use super::parameters::{Chamber, Settings, Thermal};
 use crate::codes::POSITION_M;
 use model_core::left_out::DELAY_CAPACITY;
@@ -16,9 +16,9 @@ pub const NULL_V: [f32; 2] = [4.5, 5.5];
 /// cannot be measured.
 const LONGEST_FROM_ZERO_M: f32 = POSITION_M.highest;
 
-/// The names of a chamber's fields, in the order of [`chamber_fields`].
-type ChamberNames = [&'static str; 8];
-const CHAMBER_A: ChamberNames = [
+/// The ranges of a chamber's numbers, in the order of [`visit_chamber`].
+type ChamberRanges = [Range; 8];
+const CHAMBER_A: ChamberRanges = chamber_ranges([
     "chamber_a.area_m2",
     "chamber_a.dead_volume_m3",
     "chamber_a.length_at_zero_m",
@@ -27,8 +27,8 @@ const CHAMBER_A: ChamberNames = [
     "chamber_a.wall_conductance_w_per_k",
     "chamber_a.leak_laminar_kg_per_s_pa2",
     "chamber_a.leak_orifice_m2",
-];
-const CHAMBER_B: ChamberNames = [
+]);
+const CHAMBER_B: ChamberRanges = chamber_ranges([
     "chamber_b.area_m2",
     "chamber_b.dead_volume_m3",
     "chamber_b.length_at_zero_m",
@@ -37,21 +37,47 @@ const CHAMBER_B: ChamberNames = [
     "chamber_b.wall_conductance_w_per_k",
     "chamber_b.leak_laminar_kg_per_s_pa2",
     "chamber_b.leak_orifice_m2",
-];
+]);
 
-#[rustfmt::skip]
-fn chamber_fields(chamber: &Chamber, names: &ChamberNames) -> [Field; 8] {
-    let [area, dead_volume, length, bore, memory, conductance, laminar, orifice] = *names;
+const fn chamber_ranges(names: [&'static str; 8]) -> ChamberRanges {
+    let [
+        area,
+        dead_volume,
+        length,
+        bore,
+        memory,
+        conductance,
+        laminar,
+        orifice,
+    ] = names;
     [
-        field(area, chamber.area_m2, 1e-6, 1.0),
-        field(dead_volume, chamber.dead_volume_m3, 0.0, 0.5),
-        field(length, chamber.length_at_zero_m, 1e-3, LONGEST_FROM_ZERO_M),
-        field(bore, chamber.bore_m, 1e-3, 2.0),
-        field(memory, chamber.temperature_memory, 0.0, 1.0),
-        field(conductance, chamber.wall_conductance_w_per_k, 0.0, 1e4),
-        field(laminar, chamber.leak_laminar_kg_per_s_pa2, 0.0, 1e-9),
-        field(orifice, chamber.leak_orifice_m2, 0.0, 1e-3),
+        Range::field(area, 1e-6, 1.0),
+        Range::field(dead_volume, 0.0, 0.5),
+        Range::field(length, 1e-3, LONGEST_FROM_ZERO_M),
+        Range::field(bore, 1e-3, 2.0),
+        Range::field(memory, 0.0, 1.0),
+        Range::field(conductance, 0.0, 1e4),
+        Range::field(laminar, 0.0, 1e-9),
+        Range::field(orifice, 0.0, 1e-3),
     ]
+}
+
+fn visit_chamber(
+    chamber: &Chamber,
+    ranges: &'static ChamberRanges,
+    visitor: &mut dyn FnMut(Field),
+) {
+    let values = [
+        chamber.area_m2,
+        chamber.dead_volume_m3,
+        chamber.length_at_zero_m,
+        chamber.bore_m,
+        chamber.temperature_memory,
+        chamber.wall_conductance_w_per_k,
+        chamber.leak_laminar_kg_per_s_pa2,
+        chamber.leak_orifice_m2,
+    ];
+    Fields { ranges, values }.visit(visitor);
 }
 
 /// Openings and areas of a valve's table, V and m2, are no larger.
@@ -61,14 +87,14 @@ const MOST_AREA_M2: f32 = 0.1;
 impl Settings {
     /// Shows every number to a visitor, the points of the valve's table apart.
     #[rustfmt::skip]
-    pub fn visit(&self, visitor: &mut impl FnMut(Field)) {
+    pub fn visit(&self, visitor: &mut dyn FnMut(Field)) {
         let Self {
             gas, ambient, valve, command_path, chambers, chamber_a, chamber_b, tube, carriage,
             friction, friction_terms, pneumatic_effects, mechanical_effects, controller,
             // No number.
             wiring: _,
         } = self;
-        for one in fields![
+        fields![
             field("gas.heat_capacity_ratio", gas.heat_capacity_ratio, 1.01, 2.0),
             field("gas.gas_constant_j_per_kg_k", gas.gas_constant_j_per_kg_k, 50.0, 5e3),
             field("ambient.pressure_pa", ambient.pressure_pa, 1e4, 1e6),
@@ -94,13 +120,12 @@ impl Settings {
                 "chambers.heat_transfer_discharging_w_per_m2_k",
                 chambers.heat_transfer_discharging_w_per_m2_k, 0.0, 1e5,
             ),
-        ] {
-            visitor(one);
-        }
+        ]
+        .visit(visitor);
         visit_thermal(&chambers.thermal, visitor);
-        chamber_fields(chamber_a, &CHAMBER_A).into_iter().for_each(&mut *visitor);
-        chamber_fields(chamber_b, &CHAMBER_B).into_iter().for_each(&mut *visitor);
-        for one in fields![
+        visit_chamber(chamber_a, &CHAMBER_A, visitor);
+        visit_chamber(chamber_b, &CHAMBER_B, visitor);
+        fields![
             or_none("tube.length_m", tube.length_m, 1e-3, 50.0),
             field("tube.diameter_m", tube.diameter_m, 1e-4, 0.1),
             field("carriage.mass_kg", carriage.mass_kg, 0.01, 1e4),
@@ -127,24 +152,17 @@ impl Settings {
                 friction_terms.static_rise_per_mean_pressure_n_per_pa, -0.1, 0.1,
             ),
             field("friction_terms.constant_force_n", friction_terms.constant_force_n, -1e5, 1e5),
-        ] {
-            visitor(one);
-        }
-        pneumatic_effects.fields().for_each(&mut *visitor);
-        mechanical_effects.fields().for_each(&mut *visitor);
-        controller.fields().for_each(&mut *visitor);
+        ]
+        .visit(visitor);
+        pneumatic_effects.fields().visit(visitor);
+        mechanical_effects.visit(visitor);
+        controller.listed().visit(visitor);
     }
 
     /// Judges all but the tables, for steps of `dt_s`.
     pub(super) fn check(&self, dt_s: f32) -> Result<(), SettingsFault> {
         field("tick.period_s", dt_s, 1e-5, 0.02).check()?;
-        let mut outcome = Ok(());
-        self.visit(&mut |one| {
-            if outcome.is_ok() {
-                outcome = one.check();
-            }
-        });
-        outcome?;
+        first_fault(&mut |judge| self.visit(judge))?;
         self.check_tables()?;
         self.check_delay(dt_s)?;
         self.controller.check_tick(dt_s)?;
@@ -154,16 +172,14 @@ impl Settings {
     /// That the points rise is for the table itself to say.
     fn check_tables(&self) -> Result<(), SettingsFault> {
         let valve = &self.valve;
-        let openings = valve.openings_v.iter();
-        let openings = openings.map(|&one| field("valve.openings_v", one, 0.0, MOST_OPENING_V));
-        let of_supply = valve.supply_areas_m2.iter();
-        let of_supply =
-            of_supply.map(|&one| field("valve.supply_areas_m2", one, 0.0, MOST_AREA_M2));
-        let of_exhaust = valve.exhaust_areas_m2.iter();
-        let of_exhaust =
-            of_exhaust.map(|&one| field("valve.exhaust_areas_m2", one, 0.0, MOST_AREA_M2));
-        let mut all = openings.chain(of_supply).chain(of_exhaust);
-        all.try_for_each(|one| one.check())
+        let openings_v = Range::field("valve.openings_v", 0.0, MOST_OPENING_V);
+        let supply_m2 = Range::field("valve.supply_areas_m2", 0.0, MOST_AREA_M2);
+        let exhaust_m2 = Range::field("valve.exhaust_areas_m2", 0.0, MOST_AREA_M2);
+        first_fault(&mut |judge| {
+            visit_points(openings_v, &valve.openings_v, judge);
+            visit_points(supply_m2, &valve.supply_areas_m2, judge);
+            visit_points(exhaust_m2, &valve.exhaust_areas_m2, judge);
+        })
     }
 
     /// A longer delay would be cut short in silence: the line of past commands
@@ -206,7 +222,7 @@ impl Settings {
     }
 }
 
-fn visit_thermal(thermal: &Thermal, visitor: &mut impl FnMut(Field)) {
+fn visit_thermal(thermal: &Thermal, visitor: &mut dyn FnMut(Field)) {
     match *thermal {
         Thermal::EnergyBalance => {}
         Thermal::Polytropic {
@@ -214,14 +230,20 @@ fn visit_thermal(thermal: &Thermal, visitor: &mut impl FnMut(Field)) {
             compression_index,
             reference_pressure_pa,
         } => {
-            visitor(field("chambers.expansion_index", expansion_index, 0.5, 2.0));
-            let name = "chambers.compression_index";
-            visitor(field(name, compression_index, 0.5, 2.0));
-            let name = "chambers.reference_pressure_pa";
-            visitor(field(name, reference_pressure_pa, 1e4, 1e8));
+            fields![
+                field("chambers.expansion_index", expansion_index, 0.5, 2.0),
+                field("chambers.compression_index", compression_index, 0.5, 2.0),
+                field(
+                    "chambers.reference_pressure_pa",
+                    reference_pressure_pa,
+                    1e4,
+                    1e8
+                ),
+            ]
+            .visit(visitor);
         }
         Thermal::PolytropicProcess { index } => {
-            visitor(field("chambers.polytropic_index", index, 0.5, 2.0));
+            fields![field("chambers.polytropic_index", index, 0.5, 2.0)].visit(visitor);
         }
     }
 }

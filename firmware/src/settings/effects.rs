@@ -6,7 +6,7 @@
 //! command's path, of the tube, of one chamber and of the friction levels stand in
 //! those sections. Effects of a sensor or a recording are none of the controller's.
 
-use super::field::{Field, SettingsFault, field, fields};
+use super::field::{Field, Fields, Range, SettingsFault, fields, visit_points};
 use super::mechanics::{Carriage, Friction, FrictionTerms};
 use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;
@@ -161,7 +161,7 @@ impl PneumaticEffects {
 
     /// Every number with its range.
     #[rustfmt::skip]
-    pub(super) fn fields(&self) -> impl Iterator<Item = Field> {
+    pub(super) fn fields(&self) -> Fields<15> {
         fields![
             field(
                 "pneumatic_effects.piston_leak_laminar_kg_per_s_pa2",
@@ -268,11 +268,11 @@ impl MechanicalEffects {
         CarriageEffects::neutral().into()
     }
 
-    /// Every number with its range.
+    /// Shows every number with its range.
     #[rustfmt::skip]
-    pub(super) fn fields(&self) -> impl Iterator<Item = Field> {
+    pub(super) fn visit(&self, visitor: &mut dyn FnMut(Field)) {
         const FARTHEST_M: f32 = POSITION_M.highest;
-        let numbers = fields![
+        fields![
             field("mechanical_effects.position_cosine", self.position_cosine, -10.0, 10.0),
             field("mechanical_effects.position_sine", self.position_sine, -10.0, 10.0),
             field("mechanical_effects.position_wavelength_m", self.position_wavelength_m, 1e-3, 100.0),
@@ -311,10 +311,10 @@ impl MechanicalEffects {
             field("mechanical_effects.pitch_m", self.pitch_m, 1e-3, 100.0),
             field("mechanical_effects.trailing_n", self.trailing_n, -500.0, 500.0),
             field("mechanical_effects.trailing_path_m", self.trailing_path_m, 1e-3, 10.0),
-        ];
-        let at_knots = self.unknown_force_n.iter();
-        let at_knots = at_knots.map(|&value| field("mechanical_effects.unknown_force_n", value, -1e5, 1e5));
-        numbers.chain(at_knots)
+        ]
+        .visit(visitor);
+        let at_knots = Range::field("mechanical_effects.unknown_force_n", -1e5, 1e5);
+        visit_points(at_knots, &self.unknown_force_n, visitor);
     }
 
     /// What the declared mass and friction allow.

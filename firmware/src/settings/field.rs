@@ -85,6 +85,8 @@ fn write_table_fault(out: &mut fmt::Formatter<'_>, name: &str, fault: &TableFaul
 }
 
 impl Field {
+    /// Apart: in every place that asks it takes a kilobyte of code more.
+    #[inline(never)]
     pub(super) fn check(&self) -> Result<(), SettingsFault> {
         if !self.value.is_finite() {
             return Err(SettingsFault::NotFinite(self.name));
@@ -142,16 +144,65 @@ impl Range {
     }
 }
 
-/// Fields out of `field(name, value, lowest, highest)` and `or_none(...)`, as an iterator. The
-/// names and ranges become a table: built number by number they take two kilobytes of code more.
+/// Numbers and the ranges that they must be in.
+pub(super) struct Fields<const N: usize> {
+    pub ranges: &'static [Range; N],
+    pub values: [f32; N],
+}
+
+impl<const N: usize> Fields<N> {
+    /// One after the other.
+    pub(super) fn iter(self) -> impl ExactSizeIterator<Item = Field> {
+        let rows = self.ranges.iter().zip(self.values);
+        rows.map(|(range, value)| range.of(value))
+    }
+
+    /// Shows each to a visitor.
+    pub(super) fn visit(&self, visitor: &mut dyn FnMut(Field)) {
+        visit(self.ranges, &self.values, visitor);
+    }
+}
+
+/// Shows the points of a table, which are all in one range.
+#[inline(never)]
+pub(super) fn visit_points(range: Range, points: &[f32], visitor: &mut dyn FnMut(Field)) {
+    for point in points {
+        visitor(range.of(*point));
+    }
+}
+
+/// In one loop for all tables: one for each takes three kilobytes of code more.
+#[inline(never)]
+fn visit(ranges: &[Range], values: &[f32], visitor: &mut dyn FnMut(Field)) {
+    for (range, value) in ranges.iter().zip(values) {
+        visitor(range.of(*value));
+    }
+}
+
+/// The first number out of its range, of those that are shown.
+pub(super) fn first_fault(
+    show: &mut dyn FnMut(&mut dyn FnMut(Field)),
+) -> Result<(), SettingsFault> {
+    let mut outcome = Ok(());
+    show(&mut |one| {
+        if outcome.is_ok() {
+            outcome = one.check();
+        }
+    });
+    outcome
+}
+
+/// Fields out of `field(name, value, lowest, highest)` and `or_none(...)`. The names and
+/// ranges become a table: built number by number they take two kilobytes of code more.
 macro_rules! fields {
     ($($kind:ident($name:expr, $value:expr, $lowest:expr, $highest:expr $(,)?)),* $(,)?) => {{
-        const RANGES: &[$crate::settings::field::Range] =
+        const COUNT: usize = [$($name),*].len();
+        const RANGES: &[$crate::settings::field::Range; COUNT] =
             &[$($crate::settings::field::Range::$kind($name, $lowest, $highest)),*];
-        RANGES
-            .iter()
-            .zip([$($value),*])
-            .map(|(range, value)| range.of(value))
+        $crate::settings::field::Fields {
+            ranges: RANGES,
+            values: [$($value),*],
+        }
     }};
 }
 pub(super) use fields;

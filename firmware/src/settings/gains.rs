@@ -5,7 +5,7 @@
 //! range is stable on a rig is another matter: docs/settings.md says which gain
 //! to change for what, and how.
 
-use super::field::{Field, SettingsFault, field, fields};
+use super::field::{Field, Fields, SettingsFault, field, fields, first_fault};
 use model_core::controller;
 use model_core::left_out::DELAY_CAPACITY;
 use model_core::observer::ObserverGains;
@@ -67,8 +67,12 @@ impl Default for Gains {
 
 impl Gains {
     /// Every number with its range, named `controller.KEY`; the bandwidths first.
-    #[rustfmt::skip]
     pub fn fields(&self) -> impl ExactSizeIterator<Item = Field> {
+        self.listed().iter()
+    }
+
+    #[rustfmt::skip]
+    pub(super) fn listed(&self) -> Fields<19> {
         fields![
             field("controller.observer_pressure_per_s", self.observer_pressure_per_s, 1.0, 4e3),
             field("controller.observer_motion_per_s", self.observer_motion_per_s, 1.0, 4e3),
@@ -97,9 +101,16 @@ impl Gains {
     /// forces that are not due yet.
     pub(super) fn check_tick(&self, dt_s: f32) -> Result<(), SettingsFault> {
         let fastest_per_s = 1.0 / dt_s;
-        for one in self.fields().take(BANDWIDTHS) {
-            field(one.name, one.value, one.lowest, fastest_per_s).check()?;
-        }
+        let mut left = BANDWIDTHS;
+        first_fault(&mut |judge| {
+            self.listed().visit(&mut |mut one| {
+                if left > 0 {
+                    one.highest = fastest_per_s;
+                    left -= 1;
+                }
+                judge(one);
+            });
+        })?;
         let longest_s = dt_s * (DELAY_CAPACITY - 2) as f32;
         field("controller.lead_s", self.lead_s, 0.0, longest_s).check()
     }
