@@ -6,6 +6,7 @@
 
 use model_core::controller::Measurements;
 use model_core::real::Real;
+use serde::{Deserialize, Serialize};
 
 /// A converter's code, 0..=65535 over its full scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +35,7 @@ pub struct AdcCodes {
 }
 
 /// A linear scale from code 0 to code 65535.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scale {
     /// Value at code 0.
     pub lowest: f32,
@@ -48,6 +49,12 @@ pub const POSITION_M: Scale = Scale::new(-0.25, 0.25);
 pub const PRESSURE_PA: Scale = Scale::new(0.0, 1e6);
 /// Velocity.
 pub const VELOCITY_M_PER_S: Scale = Scale::new(-2.0, 2.0);
+/// Volts at a pressure's terminal.
+pub const PRESSURE_INPUT_V: Scale = Scale::new(0.0, 10.0);
+/// Volts at the terminals of position and velocity.
+pub const BIPOLAR_INPUT_V: Scale = Scale::new(-10.0, 10.0);
+/// Resistor across a terminal whose sensor puts out a current: 4 to 20 mA are 2 to 10 V.
+pub const SHUNT_OHM: f32 = 500.0;
 /// The valve's input.
 pub const COMMAND_V: Scale = Scale::new(0.0, 10.0);
 
@@ -89,8 +96,13 @@ impl Scale {
     /// beyond the scale gives its end, NaN gives NaN.
     #[inline]
     pub fn place(&self, value: f32) -> f32 {
-        let place = (value - self.lowest) * (FULL_SCALE / (self.highest - self.lowest));
-        place.clamp(0.0, FULL_SCALE)
+        self.endless_place(value).clamp(0.0, FULL_SCALE)
+    }
+
+    /// The same on a scale that goes on beyond its ends.
+    #[inline]
+    pub fn endless_place(&self, value: f32) -> f32 {
+        (value - self.lowest) * (FULL_SCALE / (self.highest - self.lowest))
     }
 }
 

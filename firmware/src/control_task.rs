@@ -5,10 +5,11 @@ use crate::experiment::frames::{Report, Request};
 use crate::experiment::{Asked, Experiment, Readiness, Reason};
 use crate::fault::{Fault, Finding};
 use crate::link::Order;
-use crate::settings::{NULL_V, Wiring};
+use crate::sensing::Sensing;
+use crate::settings::{Connection, NULL_V, Wiring};
 use crate::start::ResetCause;
 use crate::status::{Counters, Program, Status, TickCost};
-use crate::supervisor::Supervisor;
+use crate::supervisor::{Shown, Supervisor};
 use crate::tick::{Command, NotAtRest, Sample, State};
 use model_core::controller::{Action, Controller, ControllerState, Estimate, Measurements, Wish};
 use model_core::reference::Reference;
@@ -38,20 +39,30 @@ pub struct ControlTask {
     /// Velocity of the last sample, m/s.
     velocity_m_per_s: f32,
     wiring: Wiring,
+    /// A fault took back that the wiring was checked, and nobody stored it yet.
+    is_void_to_store: bool,
+    sensing: Sensing,
 }
 
 impl ControlTask {
-    /// A task before its first tick, for a valve behind 12 bits, at an axis whose wiring was
-    /// checked.
+    /// A task before its first tick, for a valve behind 12 bits, at an axis with standard sensors
+    /// whose wiring was checked.
     pub fn new(controller: Controller<f32>) -> Self {
-        Self::of(controller, Wiring::Checked, ValveConverter::TwelveBits)
+        let connection = Connection::standard(Wiring::Checked);
+        Self::of(controller, &connection, ValveConverter::TwelveBits)
     }
 
-    /// The same, for this wiring and a valve behind this converter.
-    pub fn of(controller: Controller<f32>, wiring: Wiring, converter: ValveConverter) -> Self {
+    /// The same, for an axis that is so connected, and a valve behind this converter.
+    pub fn of(
+        controller: Controller<f32>,
+        connection: &Connection,
+        converter: ValveConverter,
+    ) -> Self {
         Self {
-            wiring,
-            supervisor: Supervisor::new(controller.axis(), wiring),
+            wiring: connection.wiring,
+            is_void_to_store: false,
+            sensing: Sensing::new(&connection.sensors, controller.axis().dt_s),
+            supervisor: Supervisor::new(controller.axis(), connection.wiring),
             controller,
             memory: None,
             shaper: CommandShaper::new(converter),
@@ -72,15 +83,17 @@ impl ControlTask {
     pub fn replace_controller(
         &mut self,
         controller: Controller<f32>,
-        wiring: Wiring,
+        connection: &Connection,
     ) -> Result<(), NotAtRest> {
         let is_free = self.stands() && !self.experiment.is_running();
         match self.supervisor.state() {
             State::Idle if !is_free => Err(NotAtRest),
             State::Idle | State::Fault => {
-                self.supervisor.replace_axis(controller.axis(), wiring);
+                let axis = controller.axis();
+                self.supervisor.replace_axis(axis, connection.wiring);
+                self.sensing = Sensing::new(&connection.sensors, axis.dt_s);
                 self.controller = controller;
-                self.wiring = wiring;
+                self.wiring = connection.wiring;
                 self.memory = None;
                 Ok(())
             }
@@ -175,16 +188,19 @@ impl ControlTask {
 
     /// One tick.
     pub fn tick(&mut self, sample: &Sample) -> Command {
-        let measured = sample.codes.measurements();
+        let codes = self.sensing.shown(&sample.codes);
+        let measured = codes.measurements();
         self.velocity_m_per_s = measured.velocity_m_per_s;
         let tried = self.experiment(sample.tick, &measured);
         let reference = &tried.map_or(sample.reference, Asked::reference);
         let may_follow = tried.is_some() | (self.wiring == Wiring::Checked);
         let axis = self.controller.axis();
-        let asked = match self
-            .supervisor
-            .step(axis, (sample, reference, may_follow), &measured)
-        {
+        let shown = Shown {
+            tick: sample.tick,
+            codes: &codes,
+            measured: &measured,
+        };
+        let asked = match self.supervisor.step(axis, &shown, (reference, may_follow)) {
             State::Fault => {
                 self.experiment.halt(Reason::Fault);
                 self.doubt_wiring();
@@ -229,6 +245,7 @@ impl ControlTask {
         }
         Command {
             tick: sample.tick,
+            codes,
             valve: self.shaper.code(command_v, null_v),
             state,
             fault: self
@@ -308,8 +325,14 @@ impl ControlTask {
     fn doubt_wiring(&mut self) {
         let finding = self.supervisor.latched();
         if finding.is_some_and(|finding| finding.fault == Fault::WrongPolarity) {
+            self.is_void_to_store |= self.wiring == Wiring::Checked;
             self.wiring = Wiring::Unchecked;
         }
+    }
+
+    /// Whether a fault took back that the wiring was checked: told once, for the storage.
+    pub fn take_void(&mut self) -> bool {
+        core::mem::take(&mut self.is_void_to_store)
     }
 
     /// The valve's null, V.

@@ -33,6 +33,7 @@ pub mod fault;
 pub mod frame;
 pub mod link;
 pub mod parts;
+pub mod sensing;
 pub mod settings;
 pub mod start;
 pub mod status;

@@ -43,6 +43,7 @@ mod app {
     use firmware::fault::Fault;
     use firmware::frame::{self, Decoder, Received};
     use firmware::link::{self, FromPlant, Order, Payload};
+    use firmware::settings::Connection;
     use firmware::settings::slots::{Origin, Slots};
     use firmware::settings::transfer::Transfer;
     use firmware::start::{ResetCause, cause_of, finding_of};
@@ -207,18 +208,28 @@ mod app {
         storage: part::Storage,
         place: &'static mut MaybeUninit<ControlTask>,
     ) -> (Slots<part::Storage>, &'static mut ControlTask, Origin) {
-        let Ok((mut slots, start)) = Slots::start(storage, TICK_PERIOD_S) else {
+        let (mut slots, mut start) = Slots::start(storage);
+        let Ok(controller) = start.build(TICK_PERIOD_S) else {
             // Not with a board's own period, which the settings were tried with.
             Chosen::give_up();
         };
         // Where it cannot be erased, storing says so.
         let _erased = slots.prepare();
         let control_task = place.write(ControlTask::of(
-            start.controller,
-            start.wiring,
+            controller,
+            &connected(&start.connection()),
             Chosen::VALVE_CONVERTER,
         ));
         (slots, control_task, start.origin)
+    }
+
+    /// A plant gives codes on the scales of the link, whatever its sensors are.
+    fn connected(connection: &Connection) -> Connection {
+        if Chosen::ANSWERS_PLANT {
+            Connection::standard(connection.wiring)
+        } else {
+            *connection
+        }
     }
 
     #[idle]
@@ -391,6 +402,10 @@ mod app {
                 None => shared.control_task.lock(|it| count_dropped(it)),
             }
         }
+        if shared.control_task.lock(|it| it.take_void()) {
+            // Where it cannot be stored, it is unchecked until the next start.
+            let _stored = local.slots.void_wiring();
+        }
         if shared.status_is_due.lock(core::mem::take) {
             let started = &local.started;
             let mut status = shared
@@ -436,10 +451,10 @@ mod app {
         let has_built_in_settings = &mut local.started.has_built_in_settings;
         local
             .transfer
-            .serve(request, local.slots, |controller, wiring| {
+            .serve(request, local.slots, |controller, connection| {
                 shared
                     .control_task
-                    .lock(|it| it.replace_controller(controller, wiring))?;
+                    .lock(|it| it.replace_controller(controller, &connected(connection)))?;
                 *has_built_in_settings = false;
                 Ok(())
             })

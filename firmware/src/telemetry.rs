@@ -126,7 +126,7 @@ impl Tap {
             sequence: self.sequence,
             overflows: self.overflows,
             tick: sample.tick,
-            codes: sample.codes,
+            codes: command.codes,
             valve_in_force,
             state: command.state as u8,
             fault: command.fault,
@@ -272,6 +272,7 @@ mod tests {
         };
         let command = Command {
             tick,
+            codes: AdcCodes::from_array([1, 2, 3, 4, 5]),
             valve: DacCode(1000 + tick as u16),
             state: State::Track,
             fault: 0,

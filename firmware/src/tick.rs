@@ -9,7 +9,7 @@ use model_core::reference::Reference;
 pub struct Sample {
     /// Number of the tick.
     pub tick: u32,
-    /// The converters' codes.
+    /// The converters' codes, of whatever sensors there are.
     pub codes: AdcCodes,
     /// Where the load should be; NaN asks for nothing.
     pub reference: Reference<f32>,
@@ -49,6 +49,8 @@ impl State {
 pub struct Command {
     /// Tick of the sample.
     pub tick: u32,
+    /// The sample's codes on the scales of the link.
+    pub codes: AdcCodes,
     /// For the valve.
     pub valve: DacCode,
     /// State of the controller.

@@ -12,11 +12,11 @@ use crate::effects::flow::{slew_limit, spool_dynamics, valve_delay, valve_hyster
 use crate::effects::{EFFECTS, Effect, EffectParameter, sensing};
 use crate::gauge::GAIN_KEYS;
 use crate::model::{AxisFault, Values};
-use crate::rig::Rig;
-use firmware::codes::POSITION_M;
+use crate::rig::{BOARD_CHANNELS, Rig};
+use firmware::codes::{POSITION_M, Scale};
 use firmware::settings::{
-    Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Friction, FrictionTerms, Gains, Gas,
-    MechanicalEffects, Settings, SettingsFault, Tube, Valve, Wiring,
+    Ambient, Carriage, Chamber, Chambers, Column, CommandPath, Connection, Friction, FrictionTerms,
+    Gains, Gas, MechanicalEffects, Sensors, Settings, SettingsFault, Tube, Valve, Wiring,
 };
 use model_core::axis::Axis;
 use model_core::chamber;
@@ -112,7 +112,8 @@ pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
         .map_err(RigSettingsError::Rig)?;
     axis.valve = with_one_column(axis.valve);
     let gains = gains(rig).ok_or(RigSettingsError::Incomplete)?;
-    let settings = settings_of(&values, &axis, gains);
+    let sensors = sensors(rig).map_err(RigSettingsError::Rig)?;
+    let settings = settings_of(&values, &axis, (gains, sensors));
     let built = settings
         .axis(axis.dt_s)
         .map_err(RigSettingsError::Refused)?;
@@ -120,6 +121,12 @@ pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
         return Err(RigSettingsError::Incomplete);
     }
     Ok(settings)
+}
+
+/// How the axis of a rig is connected, its wiring checked or not.
+pub fn connection(rig: &Rig, wiring: Wiring) -> Result<Connection, AxisFault> {
+    let sensors = sensors(rig)?;
+    Ok(Connection { wiring, sensors })
 }
 
 /// The controller of a rig for ticks of `dt_s`, by the way that a board takes:
@@ -163,7 +170,11 @@ fn check_rig(rig: &Rig) -> Result<(), AxisFault> {
     Ok(())
 }
 
-fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) -> Settings {
+fn settings_of(
+    values: &Values<'_, f32>,
+    axis: &Axis<f32>,
+    (controller, sensors): (Gains, Sensors),
+) -> Settings {
     let pneumatics = &axis.pneumatics;
     let (levels, bristle) = (&axis.friction, &axis.carriage.bristle);
     let terms = &axis.friction_terms;
@@ -215,7 +226,34 @@ fn settings_of(values: &Values<'_, f32>, axis: &Axis<f32>, controller: Gains) ->
         mechanical_effects: MechanicalEffects::from(values.carriage_effects()),
         controller,
         wiring: Wiring::Unchecked,
+        sensors,
     }
+}
+
+/// What the board's converters show, `[board.SIGNAL]`.
+pub fn sensors(rig: &Rig) -> Result<Sensors, AxisFault> {
+    let [position, pressure_a, pressure_b, supply, velocity] = BOARD_CHANNELS
+        .each_ref()
+        .map(|input| rig.board_scale(input));
+    let needed = |scale: Option<Scale>, key: &str| scale.ok_or_else(|| AxisFault::missing(key));
+    let supply = match supply {
+        Some(scale) => scale,
+        None => {
+            let declared = rig.value("supply.pressure_Pa").ok_or_else(|| AxisFault {
+                key: "supply.pressure_Pa".into(),
+                problem: "missing, and [board.p_s] says that there is no sensor".into(),
+                expected: "the pressure that the board shall take for granted".into(),
+            })?;
+            Scale::new(declared as f32, declared as f32)
+        }
+    };
+    Ok(Sensors {
+        position_m: needed(position, "board.x")?,
+        pressure_a_pa: needed(pressure_a, "board.p_a")?,
+        pressure_b_pa: needed(pressure_b, "board.p_b")?,
+        supply_pressure_pa: supply,
+        velocity_m_per_s: velocity,
+    })
 }
 
 /// The valve with one column of openings, as a board has it: the supply's, and of the exhaust's own

@@ -9,8 +9,8 @@ use std::thread::JoinHandle;
 use firmware::codes::{AdcCodes, DacCode};
 use firmware::frame::{Decoder, Received, encode};
 use firmware::settings::Settings;
-use firmware::settings::record::{LONGEST_RECORD, decode};
-use firmware::settings::slots::Slots;
+use firmware::settings::record::decode;
+use firmware::settings::slots::{LEAST_SLOT_BYTES, Slots};
 use firmware::settings::transfer::Transfer;
 use firmware::telemetry::{Streaming, Tap, read_stream, streaming, tick as tick_payload};
 use firmware::tick::NotAtRest;
@@ -99,7 +99,7 @@ fn out_folder(test: &str) -> PathBuf {
 
 struct Settled {
     in_use: Option<Controller<f32>>,
-    slots: [[u8; LONGEST_RECORD]; 2],
+    slots: [[u8; LEAST_SLOT_BYTES]; 2],
 }
 
 /// A board that takes settings, at rest or not.
@@ -111,7 +111,7 @@ fn settings_board(at_rest: bool, fate: fn(usize) -> Fate) -> (String, JoinHandle
             fate,
         };
         let memory = MemorySlots::blank();
-        let (mut slots, _) = Slots::start(memory, DT_S).expect("a tick of 1 ms");
+        let (mut slots, _) = Slots::start(memory);
         let mut transfer = Transfer::new(DT_S);
         let mut in_use = None;
         from_host(stream, |payload| {
@@ -225,9 +225,9 @@ fn prop_a_settings_file_is_a_slot_and_shows_its_rig() {
     let bytes = std::fs::read(&path).expect("it is there");
     let mut memory = MemorySlots::blank();
     memory.0[0][..bytes.len()].copy_from_slice(&bytes);
-    let (_, start) = Slots::start(memory, DT_S).expect("a tick of 1 ms");
+    let (_, start) = Slots::start(memory);
     assert!(start.origin.is_of_this_rig());
-    assert_eq!(Ok(start.controller), paper_settings().try_build(DT_S));
+    assert_eq!(start.settings, paper_settings());
 
     arguments = SettingsArguments {
         rig: None,
@@ -283,6 +283,7 @@ fn at(tick: u32, trouble: Trouble) -> (Sample, Command) {
     };
     let command = Command {
         tick,
+        codes: sample.codes,
         valve: DacCode(code * 16),
         state: State::Track,
         fault: 0,

@@ -15,7 +15,7 @@ use firmware::experiment::frames::{self, Report};
 use firmware::experiment::{Envelope, Reason, Stage, Step};
 use firmware::fault::Fault;
 use firmware::link::Order;
-use firmware::settings::Wiring;
+use firmware::settings::{Connection, Wiring};
 use firmware::tick::{Command, Sample, State};
 use host_sim::board::twin::Twin;
 use host_sim::cli::board::{BoardArguments, BoardOrder, run as tell_board};
@@ -331,7 +331,7 @@ fn prop_an_unchecked_axis_goes_nowhere() {
     let controller = || host_sim::closed_loop::controller(&rig).unwrap();
     let replaced = board
         .task
-        .replace_controller(controller(), Wiring::Unchecked);
+        .replace_controller(controller(), &Connection::standard(Wiring::Unchecked));
     assert_eq!(replaced, Ok(()));
     board.reference = Reference::at(0.05);
     for _ in 0..300 {
@@ -357,7 +357,9 @@ fn prop_an_unchecked_axis_goes_nowhere() {
     }
     assert_eq!(board.serve(&frames::alive()).stage, Stage::Done);
     board.reference = Reference::at(f32::NAN);
-    let replaced = board.task.replace_controller(controller(), Wiring::Checked);
+    let replaced = board
+        .task
+        .replace_controller(controller(), &Connection::standard(Wiring::Checked));
     assert_eq!(replaced, Ok(()));
     board.reference = Reference::at(0.01);
     for _ in 0..50 {

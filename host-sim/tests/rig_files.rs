@@ -168,7 +168,7 @@ const BAD: &[(&str, &str, &str)] = &[
     (
         "[gas]",
         "[gass]",
-        "rig.toml:7: gass: unknown section, expected one of: signals, uncertainty, controller, effects, gas, environment, supply, valve, cylinder, vessel, actuator, chambers, axis, carriage, friction, horizon, format (did you mean \"gas\"?)",
+        "rig.toml:7: gass: unknown section, expected one of: signals, uncertainty, controller, board, effects, gas, environment, supply, valve, cylinder, vessel, actuator, chambers, axis, carriage, friction, horizon, format (did you mean \"gas\"?)",
     ),
     (
         "gamma = 1.4",
@@ -351,6 +351,46 @@ const BAD: &[(&str, &str, &str)] = &[
         "rig.toml:1: format: the text \"rig/2\" is unknown, expected format = \"rig/1\"",
     ),
     (
+        "[effects.chamber",
+        "[board.p_x]\n[effects.chamber",
+        "rig.toml:46: board.p_x: no signal of a board, expected one of: x, p_a, p_b, p_s, v (did you mean \"p_s\"?)",
+    ),
+    (
+        "[effects.chamber",
+        "[board.v]\noutput_mA = [4, 20]\n[effects.chamber",
+        "rig.toml:47: board.v.output_mA: unknown key, expected one of: output_V, range_m_s, sensor (did you mean \"output_V\"?)",
+    ),
+    (
+        "[effects.chamber",
+        "[board.p_a]\noutput_V = [0, 24]\nrange_Pa = [0, 1e6]\n[effects.chamber",
+        "rig.toml:47: board.p_a.output_V: 24 is out of range, expected V from 0 to 10, which the board's input takes",
+    ),
+    (
+        "[effects.chamber",
+        "[board.p_a]\noutput_V = [0, 10]\noutput_mA = [4, 20]\nrange_Pa = [0, 1e6]\n[effects.chamber",
+        "rig.toml:47: board.p_a.output_V: stands beside output_mA, expected what the sensor puts out, output_V = [0, 10] or output_mA = [4, 20]",
+    ),
+    (
+        "[effects.chamber",
+        "[board.p_a]\noutput_mA = [4, 4]\nrange_Pa = [0, 1e6]\n[effects.chamber",
+        "rig.toml:47: board.p_a.output_mA: has the same number twice, expected a list of two numbers that differ, mA from 0 to 20",
+    ),
+    (
+        "[effects.chamber",
+        "[board.x]\noutput_V = [0, 10]\n[effects.chamber",
+        "rig.toml:46: board.x.range_m: missing, expected two numbers, m from -5 to 5, 0 at mid-stroke",
+    ),
+    (
+        "[effects.chamber",
+        "[board.p_b]\nsensor = \"none\"\n[effects.chamber",
+        "rig.toml:47: board.p_b.sensor: is the text \"none\", expected one of: absolute, gauge",
+    ),
+    (
+        "[effects.chamber",
+        "[board.p_s]\nsensor = \"none\"\nrange_Pa = [0, 1e6]\n[effects.chamber",
+        "rig.toml:46: board.p_s: stands beside sensor = \"none\", expected no other key, or a sensor",
+    ),
+    (
         "mass_kg = 1.740",
         "mass_kg = 1.740\nmass_kg = 2",
         "rig.toml:37: not valid TOML: duplicate key",
@@ -363,6 +403,32 @@ fn val_each_bad_rig_gets_its_line() {
         assert!(FULL.contains(good), "{good} is not in the rig");
         assert_eq!(&message(&FULL.replacen(good, bad, 1)), expected);
     }
+}
+
+#[test]
+fn prop_sensors_of_a_board_survive_the_way_to_text_and_back() {
+    let sensors = "
+[board.p_a] # of the port
+output_mA = [4, 20]
+range_Pa = [0, 1.0e6]
+sensor = \"gauge\"
+[board.v]
+sensor = \"none\"
+";
+    let text = format!("{FULL}{sensors}");
+    let mut rig = parse(&text);
+    assert_eq!(rig.board.len(), 2);
+    assert_eq!(parse(&rig.to_toml()), rig);
+    assert_eq!(Rig::edited(&text, &rig), text);
+    rig.board.insert("v".into(), rig.board["p_a"]);
+    rig.board.remove("p_a");
+    let edited = Rig::edited(FULL, &rig);
+    assert!(
+        edited.contains("[board.v]\noutput_mA = [4.0, 20.0]"),
+        "{edited}"
+    );
+    // A current is not for the velocity; all else reads back.
+    assert!(message(&edited).contains("board.v.output_mA"));
 }
 
 #[test]

@@ -162,7 +162,10 @@ fn val_settings_and_telemetry_travel_beside_the_samples() {
         assert_eq!((answer.kind, answer.verdict), (frame[0], Verdict::Taken));
     }
     let swapped = settings.try_build(1e-3).expect("the settings are possible");
-    assert_eq!(host.replace_controller(swapped, settings.wiring), Ok(()));
+    assert_eq!(
+        host.replace_controller(swapped, &settings.connection()),
+        Ok(())
+    );
     let (_, command) = step(&mut plant_end, &mut host);
 
     let answer = ask(&mut plant_end, &telemetry::stream(1));

@@ -3,7 +3,7 @@
 //! The ranges are those of a servo-pneumatic axis with room on both sides; they
 //! are there to catch a slip of units and a damaged number, not to doubt a rig.
 
-use super::field::{Field, Fields, Range, SettingsFault, field, fields, first_fault, visit_points};
+use super::field::{Field, Fields, Range, Rows, SettingsFault, field, fields};
 use super::parameters::{Chamber, Settings, Thermal};
 use crate::codes::POSITION_M;
 use model_core::left_out::DELAY_CAPACITY;
@@ -16,7 +16,7 @@ pub const NULL_V: [f32; 2] = [4.5, 5.5];
 /// cannot be measured.
 const LONGEST_FROM_ZERO_M: f32 = POSITION_M.highest;
 
-/// The ranges of a chamber's numbers, in the order of [`visit_chamber`].
+/// The ranges of a chamber's numbers, in the order of [`chamber_fields`].
 type ChamberRanges = [Range; 8];
 const CHAMBER_A: ChamberRanges = chamber_ranges([
     "chamber_a.area_m2",
@@ -62,11 +62,7 @@ const fn chamber_ranges(names: [&'static str; 8]) -> ChamberRanges {
     ]
 }
 
-fn visit_chamber(
-    chamber: &Chamber,
-    ranges: &'static ChamberRanges,
-    visitor: &mut dyn FnMut(Field),
-) {
+fn chamber_fields(chamber: &Chamber, ranges: &'static ChamberRanges) -> Fields<8> {
     let values = [
         chamber.area_m2,
         chamber.dead_volume_m3,
@@ -77,24 +73,36 @@ fn visit_chamber(
         chamber.leak_laminar_kg_per_s_pa2,
         chamber.leak_orifice_m2,
     ];
-    Fields { ranges, values }.visit(visitor);
+    Fields { ranges, values }
 }
 
-/// Openings and areas of a valve's table, V and m2, are no larger.
-const MOST_OPENING_V: f32 = 100.0;
-const MOST_AREA_M2: f32 = 0.1;
+/// Points of a valve's table.
+const OPENINGS_V: [Range; 1] = [Range::field("valve.openings_v", 0.0, 100.0)];
+const SUPPLY_AREAS_M2: [Range; 1] = [Range::field("valve.supply_areas_m2", 0.0, 0.1)];
+const EXHAUST_AREAS_M2: [Range; 1] = [Range::field("valve.exhaust_areas_m2", 0.0, 0.1)];
 
 impl Settings {
     /// Shows every number to a visitor, the points of the valve's table apart.
+    pub fn visit(&self, visitor: &mut impl FnMut(Field)) {
+        // Nothing is judged here, and nothing refused.
+        let _shown = self.rows(&mut |rows| {
+            rows.iter().for_each(&mut *visitor);
+            Ok(())
+        });
+    }
+
     #[rustfmt::skip]
-    pub fn visit(&self, visitor: &mut dyn FnMut(Field)) {
+    fn rows(
+        &self,
+        show: &mut impl FnMut(Rows<'_>) -> Result<(), SettingsFault>,
+    ) -> Result<(), SettingsFault> {
         let Self {
             gas, ambient, valve, command_path, chambers, chamber_a, chamber_b, tube, carriage,
-            friction, friction_terms, pneumatic_effects, mechanical_effects, controller,
+            friction, friction_terms, pneumatic_effects, mechanical_effects, controller, sensors,
             // No number.
             wiring: _,
         } = self;
-        fields![
+        show(fields![
             field("gas.heat_capacity_ratio", gas.heat_capacity_ratio, 1.01, 2.0),
             field("gas.gas_constant_j_per_kg_k", gas.gas_constant_j_per_kg_k, 50.0, 5e3),
             field("ambient.pressure_pa", ambient.pressure_pa, 1e4, 1e6),
@@ -120,12 +128,11 @@ impl Settings {
                 "chambers.heat_transfer_discharging_w_per_m2_k",
                 chambers.heat_transfer_discharging_w_per_m2_k, 0.0, 1e5,
             ),
-        ]
-        .visit(visitor);
-        visit_thermal(&chambers.thermal, visitor);
-        visit_chamber(chamber_a, &CHAMBER_A, visitor);
-        visit_chamber(chamber_b, &CHAMBER_B, visitor);
-        fields![
+        ].rows())?;
+        show_thermal(&chambers.thermal, show)?;
+        show(chamber_fields(chamber_a, &CHAMBER_A).rows())?;
+        show(chamber_fields(chamber_b, &CHAMBER_B).rows())?;
+        show(fields![
             or_none("tube.length_m", tube.length_m, 1e-3, 50.0),
             field("tube.diameter_m", tube.diameter_m, 1e-4, 0.1),
             field("carriage.mass_kg", carriage.mass_kg, 0.01, 1e4),
@@ -152,17 +159,20 @@ impl Settings {
                 friction_terms.static_rise_per_mean_pressure_n_per_pa, -0.1, 0.1,
             ),
             field("friction_terms.constant_force_n", friction_terms.constant_force_n, -1e5, 1e5),
-        ]
-        .visit(visitor);
-        pneumatic_effects.fields().visit(visitor);
-        mechanical_effects.visit(visitor);
-        controller.listed().visit(visitor);
+        ].rows())?;
+        show(pneumatic_effects.fields().rows())?;
+        show(mechanical_effects.fields().rows())?;
+        show(mechanical_effects.knots())?;
+        show(controller.listed().rows())?;
+        show(sensors.fields().rows())
     }
 
-    /// Judges all but the tables, for steps of `dt_s`.
+    /// Judges every number, for steps of `dt_s`. A function of its own: what it holds on the
+    /// stack is gone before the controller is built.
+    #[inline(never)]
     pub(super) fn check(&self, dt_s: f32) -> Result<(), SettingsFault> {
         field("tick.period_s", dt_s, 1e-5, 0.02).check()?;
-        first_fault(&mut |judge| self.visit(judge))?;
+        self.rows(&mut |rows| rows.check())?;
         self.check_tables()?;
         self.check_delay(dt_s)?;
         self.controller.check_tick(dt_s)?;
@@ -172,14 +182,10 @@ impl Settings {
     /// That the points rise is for the table itself to say.
     fn check_tables(&self) -> Result<(), SettingsFault> {
         let valve = &self.valve;
-        let openings_v = Range::field("valve.openings_v", 0.0, MOST_OPENING_V);
-        let supply_m2 = Range::field("valve.supply_areas_m2", 0.0, MOST_AREA_M2);
-        let exhaust_m2 = Range::field("valve.exhaust_areas_m2", 0.0, MOST_AREA_M2);
-        first_fault(&mut |judge| {
-            visit_points(openings_v, &valve.openings_v, judge);
-            visit_points(supply_m2, &valve.supply_areas_m2, judge);
-            visit_points(exhaust_m2, &valve.exhaust_areas_m2, judge);
-        })
+        let points = |ranges, values| Rows { ranges, values }.check();
+        points(&OPENINGS_V, &valve.openings_v)?;
+        points(&SUPPLY_AREAS_M2, &valve.supply_areas_m2)?;
+        points(&EXHAUST_AREAS_M2, &valve.exhaust_areas_m2)
     }
 
     /// A longer delay would be cut short in silence: the line of past commands
@@ -218,19 +224,23 @@ impl Settings {
             );
         }
         self.mechanical_effects
-            .check_with(&self.carriage, declared, terms)
+            .check_with(&self.carriage, declared, terms)?;
+        self.sensors.check()
     }
 }
 
-fn visit_thermal(thermal: &Thermal, visitor: &mut dyn FnMut(Field)) {
+fn show_thermal(
+    thermal: &Thermal,
+    show: &mut impl FnMut(Rows<'_>) -> Result<(), SettingsFault>,
+) -> Result<(), SettingsFault> {
     match *thermal {
-        Thermal::EnergyBalance => {}
+        Thermal::EnergyBalance => Ok(()),
         Thermal::Polytropic {
             expansion_index,
             compression_index,
             reference_pressure_pa,
         } => {
-            fields![
+            let fields = fields![
                 field("chambers.expansion_index", expansion_index, 0.5, 2.0),
                 field("chambers.compression_index", compression_index, 0.5, 2.0),
                 field(
@@ -239,11 +249,11 @@ fn visit_thermal(thermal: &Thermal, visitor: &mut dyn FnMut(Field)) {
                     1e4,
                     1e8
                 ),
-            ]
-            .visit(visitor);
+            ];
+            show(fields.rows())
         }
         Thermal::PolytropicProcess { index } => {
-            fields![field("chambers.polytropic_index", index, 0.5, 2.0)].visit(visitor);
+            show(fields![field("chambers.polytropic_index", index, 0.5, 2.0)].rows())
         }
     }
 }

@@ -6,7 +6,7 @@
 //! command's path, of the tube, of one chamber and of the friction levels stand in
 //! those sections. Effects of a sensor or a recording are none of the controller's.
 
-use super::field::{Field, Fields, Range, SettingsFault, fields, visit_points};
+use super::field::{Fields, Range, Rows, SettingsFault, fields};
 use super::mechanics::{Carriage, Friction, FrictionTerms};
 use crate::codes::POSITION_M;
 use model_core::axis::Pneumatics;
@@ -268,9 +268,9 @@ impl MechanicalEffects {
         CarriageEffects::neutral().into()
     }
 
-    /// Shows every number with its range.
+    /// Every number but the knots with its range.
     #[rustfmt::skip]
-    pub(super) fn visit(&self, visitor: &mut dyn FnMut(Field)) {
+    pub(super) fn fields(&self) -> Fields<32> {
         const FARTHEST_M: f32 = POSITION_M.highest;
         fields![
             field("mechanical_effects.position_cosine", self.position_cosine, -10.0, 10.0),
@@ -312,9 +312,19 @@ impl MechanicalEffects {
             field("mechanical_effects.trailing_n", self.trailing_n, -500.0, 500.0),
             field("mechanical_effects.trailing_path_m", self.trailing_path_m, 1e-3, 10.0),
         ]
-        .visit(visitor);
-        let at_knots = Range::field("mechanical_effects.unknown_force_n", -1e5, 1e5);
-        visit_points(at_knots, &self.unknown_force_n, visitor);
+    }
+
+    /// The force without a law at its knots.
+    pub(super) fn knots(&self) -> Rows<'_> {
+        const RANGES: [Range; 1] = [Range::field(
+            "mechanical_effects.unknown_force_n",
+            -1e5,
+            1e5,
+        )];
+        Rows {
+            ranges: &RANGES,
+            values: &self.unknown_force_n,
+        }
     }
 
     /// What the declared mass and friction allow.

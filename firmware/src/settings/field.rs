@@ -144,52 +144,62 @@ impl Range {
     }
 }
 
-/// Numbers and the ranges that they must be in.
+/// Numbers and the ranges that they must be in; the last range is that of all that follow.
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    pub ranges: &'static [Range],
+    pub values: &'a [f32],
+}
+
+impl<'a> Rows<'a> {
+    /// One after the other.
+    pub(super) fn iter(self) -> impl ExactSizeIterator<Item = Field> + 'a {
+        let last = self.ranges.len().saturating_sub(1);
+        let rows = self.values.iter().enumerate();
+        rows.map(move |(place, value)| {
+            let range = self.ranges.get(place.min(last));
+            range.map_or(NAMELESS, |range| range.of(*value))
+        })
+    }
+
+    /// The first number out of its range. In one loop for all tables: one for each takes three
+    /// kilobytes of code more.
+    pub(super) fn check(self) -> Result<(), SettingsFault> {
+        self.check_to(f32::INFINITY)
+    }
+
+    /// The same, where no number may be larger than this.
+    #[inline(never)]
+    pub(super) fn check_to(self, most: f32) -> Result<(), SettingsFault> {
+        self.iter().try_for_each(|mut one| {
+            one.highest = one.highest.min(most);
+            one.check()
+        })
+    }
+}
+
+/// Of no table there is.
+const NAMELESS: Field = field("", 0.0, 0.0, 0.0);
+
+/// Numbers, each with a range of its own.
 pub(super) struct Fields<const N: usize> {
     pub ranges: &'static [Range; N],
     pub values: [f32; N],
 }
 
 impl<const N: usize> Fields<N> {
+    pub(super) fn rows(&self) -> Rows<'_> {
+        Rows {
+            ranges: self.ranges,
+            values: &self.values,
+        }
+    }
+
     /// One after the other.
     pub(super) fn iter(self) -> impl ExactSizeIterator<Item = Field> {
         let rows = self.ranges.iter().zip(self.values);
         rows.map(|(range, value)| range.of(value))
     }
-
-    /// Shows each to a visitor.
-    pub(super) fn visit(&self, visitor: &mut dyn FnMut(Field)) {
-        visit(self.ranges, &self.values, visitor);
-    }
-}
-
-/// Shows the points of a table, which are all in one range.
-#[inline(never)]
-pub(super) fn visit_points(range: Range, points: &[f32], visitor: &mut dyn FnMut(Field)) {
-    for point in points {
-        visitor(range.of(*point));
-    }
-}
-
-/// In one loop for all tables: one for each takes three kilobytes of code more.
-#[inline(never)]
-fn visit(ranges: &[Range], values: &[f32], visitor: &mut dyn FnMut(Field)) {
-    for (range, value) in ranges.iter().zip(values) {
-        visitor(range.of(*value));
-    }
-}
-
-/// The first number out of its range, of those that are shown.
-pub(super) fn first_fault(
-    show: &mut dyn FnMut(&mut dyn FnMut(Field)),
-) -> Result<(), SettingsFault> {
-    let mut outcome = Ok(());
-    show(&mut |one| {
-        if outcome.is_ok() {
-            outcome = one.check();
-        }
-    });
-    outcome
 }
 
 /// Fields out of `field(name, value, lowest, highest)` and `or_none(...)`. The names and

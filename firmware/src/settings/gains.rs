@@ -5,7 +5,7 @@
 //! range is stable on a rig is another matter: docs/settings.md says which gain
 //! to change for what, and how.
 
-use super::field::{Field, Fields, SettingsFault, field, fields, first_fault};
+use super::field::{Field, Fields, Rows, SettingsFault, field, fields};
 use model_core::controller;
 use model_core::left_out::DELAY_CAPACITY;
 use model_core::observer::ObserverGains;
@@ -101,16 +101,10 @@ impl Gains {
     /// forces that are not due yet.
     pub(super) fn check_tick(&self, dt_s: f32) -> Result<(), SettingsFault> {
         let fastest_per_s = 1.0 / dt_s;
-        let mut left = BANDWIDTHS;
-        first_fault(&mut |judge| {
-            self.listed().visit(&mut |mut one| {
-                if left > 0 {
-                    one.highest = fastest_per_s;
-                    left -= 1;
-                }
-                judge(one);
-            });
-        })?;
+        let listed = self.listed();
+        let rows = listed.rows();
+        let values = rows.values.get(..BANDWIDTHS).unwrap_or(rows.values);
+        Rows { values, ..rows }.check_to(fastest_per_s)?;
         let longest_s = dt_s * (DELAY_CAPACITY - 2) as f32;
         field("controller.lead_s", self.lead_s, 0.0, longest_s).check()
     }

@@ -23,6 +23,7 @@ mod gains;
 mod mechanics;
 mod parameters;
 pub mod record;
+mod sensors;
 pub mod slots;
 pub mod transfer;
 
@@ -32,8 +33,10 @@ pub use field::{Field, SettingsFault};
 pub use gains::Gains;
 pub use mechanics::{Carriage, Friction, FrictionTerms};
 pub use parameters::{
-    Ambient, Chamber, Chambers, Column, CommandPath, Gas, Settings, Thermal, Tube, Valve, Wiring,
+    Ambient, Chamber, Chambers, Column, CommandPath, Connection, Gas, Settings, Thermal, Tube,
+    Valve, Wiring,
 };
+pub use sensors::Sensors;
 
 #[cfg(test)]
 mod tests;

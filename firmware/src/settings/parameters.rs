@@ -3,6 +3,7 @@
 use super::effects::{MechanicalEffects, PneumaticEffects};
 use super::gains::Gains;
 use super::mechanics::{Carriage, Friction, FrictionTerms};
+use super::sensors::Sensors;
 use heapless::Vec;
 use model_core::paper;
 use model_core::valve::TABLE_CAPACITY;
@@ -44,6 +45,28 @@ pub struct Settings {
     pub controller: Gains,
     /// What is known of the wiring.
     pub wiring: Wiring,
+    /// What the sensors show.
+    pub sensors: Sensors,
+}
+
+/// How an axis is connected to a board: what of the settings is no part of its controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Connection {
+    /// What is known of the wiring.
+    pub wiring: Wiring,
+    /// What the sensors show.
+    pub sensors: Sensors,
+}
+
+impl Connection {
+    /// Of an axis of which nothing is known.
+    pub const UNKNOWN: Self = Self::standard(Wiring::Unchecked);
+
+    /// Of sensors that the link's scales were made for.
+    pub const fn standard(wiring: Wiring) -> Self {
+        let sensors = Sensors::STANDARD;
+        Self { wiring, sensors }
+    }
 }
 
 /// Whether valve, tubes, gauges and signs were seen to answer the right way round on this axis. A
@@ -182,8 +205,18 @@ pub struct Tube {
 }
 
 impl Settings {
+    /// How the axis is connected.
+    pub fn connection(&self) -> Connection {
+        Connection {
+            wiring: self.wiring,
+            sensors: self.sensors,
+        }
+    }
+
     /// The paper's axis and the controller's standard gains: what a board without settings of its own falls back
     /// on. It is nobody's rig: a board that runs on it says so by a fault.
+    /// Apart: in every place that asks they take a kilobyte of code more.
+    #[inline(never)]
     #[expect(
         clippy::cast_possible_truncation,
         reason = "the paper's numbers, to the nearest f32"
@@ -267,6 +300,7 @@ impl Settings {
             mechanical_effects: MechanicalEffects::neutral(),
             controller: Gains::default(),
             wiring: Wiring::Unchecked,
+            sensors: Sensors::STANDARD,
         }
     }
 }

@@ -8,11 +8,15 @@
 //! a second (16 KiB; to be checked against the STM32F405's data sheet), no time to take from a control loop
 //! with a watchdog. Hence one storing between two starts; programming a word
 //! stops the processor for 16 us only.
+//!
+//! Behind the record a slot has room for a mark: what the record knows of the wiring
+//! is void. It is programmed when a fault of the wiring showed, and stays until new
+//! settings are stored.
 
 use super::field::SettingsFault;
-use super::parameters::{Settings, Wiring};
+use super::parameters::{Connection, Settings, Wiring};
 use super::record::{
-    ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, Stored, decode, header, sequence_of,
+    ERASED, HEADER_BYTES, LONGEST_RECORD, RecordFault, decode, header, sequence_of,
 };
 use crate::fault::{Fault, Finding};
 use model_core::controller::Controller;
@@ -20,6 +24,13 @@ use model_core::controller::Controller;
 /// Records are programmed in whole pieces of this many bytes, at multiples of
 /// it: the widest that flash controllers want.
 pub const PROGRAM_UNIT_BYTES: usize = 8;
+/// Where the mark stands that the wiring is unchecked again.
+const VOID_AT: usize = LONGEST_RECORD.next_multiple_of(PROGRAM_UNIT_BYTES);
+/// Neither erased nor nought. Power that goes while it is programmed leaves some of it: anything
+/// that is not erased counts.
+const VOID: [u8; PROGRAM_UNIT_BYTES] = [0x5A; PROGRAM_UNIT_BYTES];
+/// What a slot needs.
+pub const LEAST_SLOT_BYTES: usize = VOID_AT + PROGRAM_UNIT_BYTES;
 
 /// One of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,8 +58,7 @@ pub struct StorageFault;
 
 /// Memory that keeps two slots without power. Implemented by the boards.
 pub trait SlotStorage {
-    /// The bytes of a slot, at least [`LONGEST_RECORD`] rounded up to
-    /// [`PROGRAM_UNIT_BYTES`]; erased ones read 0xFF.
+    /// The bytes of a slot, at least [`LEAST_SLOT_BYTES`]; erased ones read 0xFF.
     fn bytes(&self, slot: Slot) -> &[u8];
     /// Erases a slot. It may stop the processor for a second: see the module.
     fn erase(&mut self, slot: Slot) -> Result<(), StorageFault>;
@@ -103,12 +113,34 @@ impl Origin {
 /// What a board starts with.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// The controller.
-    pub controller: Controller<f32>,
-    /// Where its settings come from.
+    /// The settings; those built in where there are none of this rig.
+    pub settings: Settings,
+    /// Where they come from.
     pub origin: Origin,
-    /// What they say of the wiring: unchecked unless they are the ones stored last.
-    pub wiring: Wiring,
+    /// A fault of the wiring showed since they were stored.
+    pub is_wiring_void: bool,
+}
+
+impl Start {
+    /// The controller for ticks of `dt_s`: of settings that make none the built-in ones take the
+    /// place. An error only if `dt_s` is no period of a tick.
+    pub fn build(&mut self, dt_s: f32) -> Result<Controller<f32>, SettingsFault> {
+        if let Err(fault) = self.settings.check(dt_s) {
+            self.settings = Settings::built_in();
+            self.origin = Origin::Impossible(fault);
+        }
+        self.settings.try_build(dt_s)
+    }
+
+    /// How the axis is connected: unchecked unless these are the settings stored last, and no
+    /// fault of the wiring showed since.
+    pub fn connection(&self) -> Connection {
+        let mut connection = self.settings.connection();
+        if self.is_wiring_void || !matches!(self.origin, Origin::Slot(_)) {
+            connection.wiring = Wiring::Unchecked;
+        }
+        connection
+    }
 }
 
 /// The two slots.
@@ -120,36 +152,31 @@ pub struct Slots<S> {
 }
 
 impl<S: SlotStorage> Slots<S> {
-    /// Reads both slots and builds the controller for ticks of `dt_s` from the
-    /// newest sound record, or else from the built-in settings. An error only
-    /// if `dt_s` is no period of a tick.
-    pub fn start(storage: S, dt_s: f32) -> Result<(Self, Start), SettingsFault> {
+    /// Reads both slots: the newest sound record, or else the built-in settings.
+    pub fn start(storage: S) -> (Self, Start) {
         let mut slots = Self {
             storage,
             newest: None,
         };
-        let mut wiring = Wiring::Unchecked;
-        let (built, origin) = match slots.find_newest() {
-            Ok((slot, stored)) => {
-                slots.newest = Some((slot, stored.sequence));
-                wiring = stored.settings.wiring;
-                match stored.settings.try_build(dt_s) {
-                    Err(fault) => (built_in(dt_s), Origin::Impossible(fault)),
-                    built => (built, slots.origin(slot, stored.sequence)),
-                }
+        let origin = match slots.find_newest() {
+            Ok((slot, sequence)) => {
+                slots.newest = Some((slot, sequence));
+                slots.origin(slot, sequence)
             }
-            Err(RecordFault::Blank) => (built_in(dt_s), Origin::NeverSet),
-            Err(fault) => (built_in(dt_s), Origin::Damaged(fault)),
+            Err(RecordFault::Blank) => Origin::NeverSet,
+            Err(fault) => Origin::Damaged(fault),
+        };
+        let read = |(slot, _)| decode(slots.storage.bytes(slot)).ok();
+        let settings = match slots.newest.and_then(read) {
+            Some(stored) => stored.settings,
+            None => Settings::built_in(),
         };
         let start = Start {
-            controller: built?,
+            settings,
             origin,
-            wiring: match origin {
-                Origin::Slot(_) => wiring,
-                _ => Wiring::Unchecked,
-            },
+            is_wiring_void: slots.is_wiring_void(),
         };
-        Ok((slots, start))
+        (slots, start)
     }
 
     /// Erases the spare slot unless it is blank. For the start, before the
@@ -179,6 +206,24 @@ impl<S: SlotStorage> Slots<S> {
         }
         self.newest = Some((spare, sequence));
         Ok(())
+    }
+
+    /// A fault of the wiring showed: the next start takes it for unchecked, until new settings are
+    /// stored.
+    pub fn void_wiring(&mut self) -> Result<(), StoreFault> {
+        let Some((slot, _)) = self.newest else {
+            return Ok(());
+        };
+        if self.is_wiring_void() {
+            return Ok(());
+        }
+        self.program(slot, VOID_AT, &VOID)
+    }
+
+    fn is_wiring_void(&self) -> bool {
+        let mark = |(slot, _)| self.storage.bytes(slot).get(VOID_AT..LEAST_SLOT_BYTES);
+        let mark = self.newest.and_then(mark).unwrap_or_default();
+        mark.iter().any(|byte| *byte != ERASED)
     }
 
     /// The storage, given back.
@@ -211,7 +256,7 @@ impl<S: SlotStorage> Slots<S> {
     fn origin(&self, slot: Slot, sequence: u32) -> Origin {
         let other = self.storage.bytes(slot.other());
         let is_overtaken = sequence_of(other).is_some_and(|newer| is_newer(newer, sequence));
-        match decode(other) {
+        match self.sequence(slot.other()) {
             Err(fault) if is_overtaken => Origin::Older(slot, fault),
             _ => Origin::Slot(slot),
         }
@@ -219,14 +264,21 @@ impl<S: SlotStorage> Slots<S> {
 
     /// The newest sound record; where there is none, what is wrong with the
     /// slot that is not blank.
-    fn find_newest(&self) -> Result<(Slot, Stored), RecordFault> {
-        let read = |slot| decode(self.storage.bytes(slot)).map(|stored| (slot, stored));
+    fn find_newest(&self) -> Result<(Slot, u32), RecordFault> {
+        let read = |slot| self.sequence(slot).map(|sequence| (slot, sequence));
         match (read(Slot::First), read(Slot::Second)) {
-            (Ok(first), Ok(second)) if is_newer(second.1.sequence, first.1.sequence) => Ok(second),
+            (Ok(first), Ok(second)) if is_newer(second.1, first.1) => Ok(second),
             (Ok(first), _) => Ok(first),
             (Err(_), Ok(second)) => Ok(second),
             (Err(RecordFault::Blank), Err(fault)) | (Err(fault), Err(_)) => Err(fault),
         }
+    }
+
+    /// The number of a record that is sound throughout. A function of its own: no two settings lie
+    /// on the stack at once.
+    #[inline(never)]
+    fn sequence(&self, slot: Slot) -> Result<u32, RecordFault> {
+        decode(self.storage.bytes(slot)).map(|stored| stored.sequence)
     }
 }
 
@@ -239,10 +291,6 @@ fn is_newer(one: u32, other: u32) -> bool {
 fn is_blank(bytes: &[u8]) -> bool {
     bytes
         .iter()
-        .take(LONGEST_RECORD)
+        .take(LEAST_SLOT_BYTES)
         .all(|byte| *byte == ERASED)
-}
-
-fn built_in(dt_s: f32) -> Result<Controller<f32>, SettingsFault> {
-    Settings::built_in().try_build(dt_s)
 }

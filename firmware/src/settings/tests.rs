@@ -1,11 +1,12 @@
 //! Settings as a whole, with a flash that loses its power.
 
-use super::record::{Content, LONGEST_RECORD, RecordFault, encode, encode_content};
+use super::record::{Content, RecordFault, encode, encode_content};
 use super::slots::{
-    Origin, PROGRAM_UNIT_BYTES, Slot, SlotStorage, Slots, StorageFault, StoreFault,
+    LEAST_SLOT_BYTES, Origin, PROGRAM_UNIT_BYTES, Slot, SlotStorage, Slots, StorageFault,
+    StoreFault,
 };
 use super::transfer::{self, Answer, LONGEST_CHUNK, Transfer, Verdict, read_answer};
-use super::{Settings, SettingsFault, Thermal};
+use super::{Connection, Settings, SettingsFault, Thermal, Wiring};
 use crate::fault::Fault;
 use crate::tick::NotAtRest;
 use model_core::controller::Controller;
@@ -55,6 +56,10 @@ pub(super) fn random_settings(seed: u32) -> Settings {
         *gain *= 0.9 + 0.2 * random.share();
     }
     vary_effects(&mut settings, &mut random);
+    settings.sensors.pressure_a_pa.lowest -= 1e5 * random.share();
+    if seed % 3 == 2 {
+        settings.sensors.velocity_m_per_s = None;
+    }
     if seed % 3 == 1 {
         settings.chambers.thermal = Thermal::Polytropic {
             expansion_index: 1.0 + random.share() / 4.0,
@@ -155,7 +160,7 @@ fn prop_new_settings_end_a_fault_of_settings_and_no_other_that_stands() {
         task.recall(fault.at(0));
         assert!(!task.acknowledge(), "{fault:?} stands");
         assert_eq!(
-            task.replace_controller(controller(), super::Wiring::Checked),
+            task.replace_controller(controller(), &Connection::standard(Wiring::Checked)),
             Ok(())
         );
         assert_eq!(task.latched(), Some(fault.at(0)), "somebody has to see it");
@@ -446,7 +451,7 @@ fn prop_effects_at_the_ends_of_their_ranges_never_step_to_infinity() {
     }
 }
 
-const SLOT_BYTES: usize = LONGEST_RECORD + 64;
+const SLOT_BYTES: usize = LEAST_SLOT_BYTES + 64;
 
 const WORD_BYTES: usize = 4;
 
@@ -542,8 +547,9 @@ impl SlotStorage for Flash {
 }
 
 fn start(flash: Flash) -> (Slots<Flash>, Controller<f32>, Origin) {
-    let (slots, start) = Slots::start(flash, DT_S).expect("a tick of 1 ms");
-    (slots, start.controller, start.origin)
+    let (slots, mut start) = Slots::start(flash);
+    let controller = start.build(DT_S).expect("a tick of 1 ms");
+    (slots, controller, start.origin)
 }
 
 fn content_of(settings: &Settings) -> Content {
@@ -678,6 +684,43 @@ fn prop_a_second_storing_waits_for_a_start() {
     assert_eq!(Ok(controller), random_settings(1).try_build(DT_S));
 }
 
+#[test]
+fn prop_a_void_of_the_wiring_outlasts_the_power() {
+    let checked = |seed| Settings {
+        wiring: Wiring::Checked,
+        ..random_settings(seed)
+    };
+    let wiring = |flash: &Flash| Slots::start(flash.clone()).1.connection().wiring;
+    let (flash, _) = stored(Flash::blank(), &checked(0));
+    assert_eq!(wiring(&flash), Wiring::Checked);
+    for steps in 1..=2 * PROGRAM_UNIT_BYTES {
+        for random in 0..32 {
+            let mut failing = flash.clone();
+            failing.steps_until_power_is_lost = Some(steps);
+            failing.random = random;
+            let (mut slots, _) = Slots::start(failing);
+            let outcome = slots.void_wiring();
+            let mut after = slots.into_storage();
+            after.steps_until_power_is_lost = None;
+            // Cut off it may not have begun; whatever is left of it counts.
+            let is_untouched = after.slots == flash.slots;
+            assert_eq!(wiring(&after) == Wiring::Checked, is_untouched, "{steps}");
+            assert!(outcome.is_err() || !is_untouched, "{steps}");
+            // The settings are there all the same, and the mark is made only once.
+            assert!(start(after.clone()).2.is_of_this_rig());
+            let (mut slots, _) = Slots::start(after);
+            assert_eq!(slots.void_wiring(), Ok(()));
+            assert_eq!(wiring(&slots.into_storage()), Wiring::Unchecked);
+        }
+    }
+    // New settings, of an axis that was checked since, end it.
+    let (mut slots, _) = Slots::start(flash);
+    assert_eq!(slots.void_wiring(), Ok(()));
+    let (flash, outcome) = stored(slots.into_storage(), &checked(1));
+    assert_eq!(outcome, Ok(()));
+    assert_eq!(wiring(&flash), Wiring::Checked);
+}
+
 /// A board at one end of a wire.
 struct Board {
     transfer: Transfer,
@@ -698,7 +741,7 @@ impl Board {
 
     fn serve(&mut self, payload: &[u8]) -> (Verdict, std::string::String) {
         let (at_rest, in_use) = (self.at_rest, &mut self.in_use);
-        let install = |controller, _| {
+        let install = |controller, _: &Connection| {
             if at_rest {
                 *in_use = Some(controller);
                 Ok(())

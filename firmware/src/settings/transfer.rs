@@ -18,7 +18,7 @@
 //! everything as it was.
 
 use super::field::SettingsFault;
-use super::parameters::Wiring;
+use super::parameters::Connection;
 use super::record::{Content, LONGEST_CONTENT, VERSION, content_crc, decode_content};
 use super::slots::{SlotStorage, Slots, StoreFault};
 use crate::link::{Fields, Payload, put};
@@ -176,7 +176,7 @@ impl Transfer {
         &mut self,
         payload: &[u8],
         slots: &mut Slots<S>,
-        install: impl FnOnce(Controller<f32>, Wiring) -> Result<(), NotAtRest>,
+        install: impl FnOnce(Controller<f32>, &Connection) -> Result<(), NotAtRest>,
     ) -> Option<Payload> {
         let mut fields = Fields(payload);
         let kind = fields.u8()?;
@@ -231,7 +231,7 @@ impl Transfer {
         &mut self,
         fields: Fields<'_>,
         slots: Option<&mut Slots<S>>,
-        install: impl FnOnce(Controller<f32>, Wiring) -> Result<(), NotAtRest>,
+        install: impl FnOnce(Controller<f32>, &Connection) -> Result<(), NotAtRest>,
     ) -> Option<Judged> {
         fields.end(())?;
         let announced = match self.stage {
@@ -263,13 +263,13 @@ impl Transfer {
     #[inline(never)]
     fn put_in_use(
         &self,
-        install: impl FnOnce(Controller<f32>, Wiring) -> Result<(), NotAtRest>,
+        install: impl FnOnce(Controller<f32>, &Connection) -> Result<(), NotAtRest>,
     ) -> Result<(), Judged> {
         let settings = decode_content(&self.received).ok_or((Verdict::NotSettings, ""))?;
         let controller = settings
             .try_build(self.dt_s)
             .map_err(|fault| (Verdict::Impossible, SettingsFault::field(&fault)))?;
-        install(controller, settings.wiring).map_err(|NotAtRest| (Verdict::NotAtRest, ""))
+        install(controller, &settings.connection()).map_err(|NotAtRest| (Verdict::NotAtRest, ""))
     }
 
     fn answer(&self, kind: u8, (verdict, name): Judged) -> Payload {

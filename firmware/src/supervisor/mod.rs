@@ -44,7 +44,7 @@ use crate::codes::AdcCodes;
 use crate::fault::{Channel, Finding};
 use crate::settings::Wiring;
 use crate::status::Counters;
-use crate::tick::{Sample, State};
+use crate::tick::State;
 use force::ForceState;
 use jump::{Jump, JumpState};
 use model_core::axis::Axis;
@@ -54,6 +54,7 @@ use model_core::reference::Reference;
 use polarity::PolarityState;
 use pressure::{PressureState, Side};
 use range::Range;
+pub use step::Shown;
 use step::Step;
 use stream::{Stream, StreamState};
 use swing::{Asked, Swing, SwingState};
@@ -211,14 +212,14 @@ impl Supervisor {
         self.settled_ticks = 0;
     }
 
-    /// Judges a sample and what is asked of the loop, which the axis may follow or not; the state in
-    /// which its command is made.
+    /// Judges what the sensors show and what is asked of the loop, which the axis may follow or not;
+    /// the state in which its command is made.
     #[inline]
     pub fn step(
         &mut self,
         axis: &Axis<f32>,
-        (sample, reference, may_follow): (&Sample, &Reference<f32>, bool),
-        measured: &Measurements<f32>,
+        shown: &Shown<'_>,
+        (reference, may_follow): (&Reference<f32>, bool),
     ) -> State {
         if self.state == State::Fault {
             return State::Fault;
@@ -226,9 +227,9 @@ impl Supervisor {
         match self
             .pending
             .take()
-            .or_else(|| self.judge(axis, (sample, reference), measured))
+            .or_else(|| self.judge(axis, shown, reference))
         {
-            Some(finding) => self.trip(finding, sample.tick),
+            Some(finding) => self.trip(finding, shown.tick),
             None => self.go_on(may_follow && !stream::is_nothing(reference)),
         }
         self.state
@@ -297,14 +298,14 @@ impl Supervisor {
     fn judge(
         &mut self,
         axis: &Axis<f32>,
-        (sample, reference): (&Sample, &Reference<f32>),
-        measured: &Measurements<f32>,
+        shown: &Shown<'_>,
+        reference: &Reference<f32>,
     ) -> Option<Finding> {
         let limits = &self.limits;
         let stream = &mut self.stream;
         let elapsed = match limits
             .stream
-            .elapsed(stream, sample.tick, &mut self.counters)
+            .elapsed(stream, shown.tick, &mut self.counters)
         {
             Ok(elapsed) => elapsed,
             Err(finding) => return Some(finding),
@@ -312,22 +313,23 @@ impl Supervisor {
         let elapsed_s = axis.dt_s * f32::from(u16::try_from(elapsed).unwrap_or(u16::MAX));
         limits
             .range
-            .check(&sample.codes, measured)
+            .check(shown.codes, shown.measured)
             .or_else(|| limits.stream.check_reference(stream, reference, elapsed_s))
             .or_else(|| {
                 // A sample of the same tick again adds nothing.
                 if elapsed == 0 {
                     return None;
                 }
-                let (codes_before, before) = self.memory.last.replace((sample.codes, *measured))?;
+                let last = (*shown.codes, *shown.measured);
+                let (codes_before, before) = self.memory.last.replace(last)?;
                 let step = Step {
-                    now: measured,
+                    now: shown.measured,
                     before: &before,
-                    codes_now: &sample.codes,
+                    codes_now: shown.codes,
                     codes_before: &codes_before,
                     elapsed_s,
                     is_next: elapsed == 1,
-                    tick: sample.tick,
+                    tick: shown.tick,
                     spool_v: self.spool_v,
                 };
                 let tracks = self.state == State::Track;

@@ -3,6 +3,17 @@
 use crate::codes::AdcCodes;
 use model_core::controller::Measurements;
 
+/// What the sensors show at a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<'a> {
+    /// Number of the tick.
+    pub tick: u32,
+    /// The codes on the scales of the link.
+    pub codes: &'a AdcCodes,
+    /// What they mean.
+    pub measured: &'a Measurements<f32>,
+}
+
 /// From one sample to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step<'a> {

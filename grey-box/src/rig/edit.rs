@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
+use super::board::{self, BoardChannel, Stated};
 use super::keys::{CHOICES, NUMBERS};
 use super::stated_flow::CRITICAL_RATIO;
 use super::stated_flow::{STATED_FLOW, deviates};
@@ -108,6 +109,16 @@ fn entries(rig: &Rig) -> BTreeMap<Path, Entry> {
     ] {
         for (key, value) in values {
             add(&[section, key], Entry::Number(*value));
+        }
+    }
+    for (signal, sensor) in &rig.board {
+        let channel = BoardChannel::of(signal);
+        for (key, value) in channel.iter().flat_map(|one| board::stated(one, sensor)) {
+            let entry = match value {
+                Stated::Ends(ends) => Entry::Points(ends.into()),
+                Stated::Word(word) => Entry::Word(word.into()),
+            };
+            add(&["board", signal, key], entry);
         }
     }
     for (name, parameters) in &rig.effects {

@@ -48,6 +48,7 @@ pub(super) const OPEN_SECTIONS: &[Section] = &[
     section("signals", "Which column of a recording is which signal."),
     section("uncertainty", "One standard deviation of a stated value."),
     section("controller", "Gains of the board's controller that differ from the standard ones."),
+    section("board", "The sensors at a board's terminals, by signal, where they are not 0 to 10 V for 0 to 10 bar absolute, -10 to 10 V for -0.25 to 0.25 m, and -10 to 10 V for -2 to 2 m/s."),
     section("effects", "Physics beyond the standard model, by name."),
 ];
 

@@ -12,6 +12,7 @@
 //! * [`Rig::to_toml`]: structs to text (`write.rs`); [`Rig::edited`]: a person's text with
 //!   changed numbers, its comments and order kept (`edit.rs`).
 //! * [`mod@reference`]: the table as `docs/rig.md` and as a schema for editors.
+//! * `board.rs`: what a board's converters show.
 //! * `stated_flow.rs`: areas from the flow of a data sheet.
 //!
 //! All values are SI, pressures absolute. Every section is optional. The names
@@ -20,6 +21,7 @@
 //!
 //! Limits: comments and the layout of a rig file are kept by [`Rig::edited`] only.
 
+mod board;
 mod edit;
 mod error;
 mod facts;
@@ -33,6 +35,7 @@ mod write;
 
 use std::collections::BTreeMap;
 
+pub use board::{BOARD_CHANNELS, BoardChannel, BoardSensor, LinearSensor, Output};
 pub use error::{EffectFault, RigError, UnknownKey};
 pub use facts::{Facts, Limits, facts, limits, positive};
 pub use keys::{COMMAND, GAINS, PRESSURE, TEMPERATURE, describe, key_bounds, numeric_keys};
@@ -88,6 +91,8 @@ pub struct Rig {
     /// `[controller]`: gains of the board's controller that are not the standard
     /// ones, by the names of [`firmware::settings::Gains`].
     pub controller: BTreeMap<String, f64>,
+    /// `[board.SIGNAL]`: sensors at a board's terminals that are not the standard ones.
+    pub board: BTreeMap<String, BoardSensor>,
     /// `[effects.NAME]`: left-out physics already modelled, with parameters.
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
 }

@@ -14,6 +14,8 @@ use model_core::valve::TABLE_CAPACITY;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+mod board;
+
 use super::facts::Limits;
 use super::keys::{
     CHOICES, ChoiceKey, NUMBERS, NumberKey, SECTIONS, section_names, uncertainty_is_absolute,
@@ -214,6 +216,7 @@ impl<'t> Reader<'t> {
             "format" | "uncertainty" => Ok(()),
             "signals" => self.read_signals(entry),
             "controller" => self.read_controller(entry),
+            "board" => self.read_board(entry),
             "effects" => self.read_effects(entry),
             known if SECTIONS.iter().any(|one| one.name == known) => {
                 self.read_section(known, entry)

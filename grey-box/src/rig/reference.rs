@@ -9,6 +9,7 @@ use firmware::settings::Gains;
 use model_core::valve::TABLE_CAPACITY;
 use serde_json::{Map, Value, json};
 
+use super::board::{BOARD_CHANNELS, BOARD_KEYS, BoardChannel};
 use super::facts::{Facts, Limits};
 use super::keys::{CHOICES, GAINS, NUMBERS, OPEN_SECTIONS, SECTIONS, uncertainty_is_absolute};
 use super::signals::{SIGNAL_KEYS, SIGNALS};
@@ -33,6 +34,7 @@ pub fn page() -> String {
         ("stated flow", stated_flow_table()),
         ("table capacity", TABLE_CAPACITY.to_string()),
         ("controller", controller_table()),
+        ("board", board_table()),
         ("effects", effects()),
     ];
     let mut page = format!("<!-- {ORIGIN} -->\n{PAGE}");
@@ -180,6 +182,16 @@ fn controller_table() -> String {
     table(&["key", "unit", "range", "standard", "what it is"], rows)
 }
 
+fn board_table() -> String {
+    let row = |(name, facts): &(&str, Facts)| {
+        let names: Vec<String> = name.split(", ").map(code).collect();
+        let cells = [facts.unit, facts.typical, facts.what, facts.source].map(str::to_owned);
+        std::iter::once(names.join(", ")).chain(cells).collect()
+    };
+    let headings = ["key", "unit", "typical", "what it is", "where to find it"];
+    table(&headings, BOARD_KEYS.iter().map(row))
+}
+
 fn effects() -> String {
     let mut text = String::new();
     for effect in EFFECTS {
@@ -247,6 +259,7 @@ pub fn schema() -> String {
     }
     properties.insert("uncertainty".into(), uncertainty_schema());
     properties.insert("controller".into(), controller_schema());
+    properties.insert("board".into(), board_schema());
     properties.insert("effects".into(), effects_schema());
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
@@ -415,6 +428,34 @@ fn controller_schema() -> Value {
         }
     }
     object(open_section("controller"), properties)
+}
+
+fn board_schema() -> Value {
+    let ends = |facts: &Facts| {
+        json!({
+            "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2,
+            "description": description(facts),
+        })
+    };
+    let channel = |one: &BoardChannel| {
+        let [volts, current, range, sensor] = &BOARD_KEYS;
+        let mut properties = Map::new();
+        properties.insert(volts.0.into(), ends(&volts.1));
+        if one.takes_current {
+            properties.insert(current.0.into(), ends(&current.1));
+        }
+        properties.insert(one.range_key.into(), ends(&range.1));
+        let words = json!({
+            "enum": ["absolute", "gauge", "none"], "description": description(&sensor.1),
+        });
+        properties.insert(sensor.0.into(), words);
+        (
+            one.signal.to_owned(),
+            object("A sensor at a board's terminal.", properties),
+        )
+    };
+    let channels = BOARD_CHANNELS.iter().map(channel).collect();
+    object(open_section("board"), channels)
 }
 
 /// The decimal number that an `f32` was written as.

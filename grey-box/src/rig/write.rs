@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::board::{self, BoardChannel, Stated};
 use super::keys::{CHOICES, NUMBERS, SECTIONS};
 use super::stated_flow::CRITICAL_RATIO;
 use super::stated_flow::STATED_FLOW;
@@ -18,6 +19,7 @@ impl Rig {
         }
         self.write_uncertainty(&mut text);
         self.write_controller(&mut text);
+        self.write_board(&mut text);
         self.write_effects(&mut text);
         text
     }
@@ -111,6 +113,22 @@ impl Rig {
         text.push_str("\n[controller]\n");
         for (key, value) in &self.controller {
             line(text, key, &float(*value));
+        }
+    }
+
+    fn write_board(&self, text: &mut String) {
+        for (signal, sensor) in &self.board {
+            let Some(channel) = BoardChannel::of(signal) else {
+                continue;
+            };
+            let _ = writeln!(text, "\n[board.{signal}]");
+            for (key, value) in board::stated(channel, sensor) {
+                let value = match value {
+                    Stated::Ends([from, to]) => format!("[{}, {}]", float(from), float(to)),
+                    Stated::Word(word) => quoted(word),
+                };
+                line(text, key, &value);
+            }
         }
     }
 

@@ -15,8 +15,7 @@ use firmware::crash;
 use firmware::experiment::frames as experiment;
 use firmware::link::{self, FromPlant, Order};
 use firmware::settings::Wiring;
-use firmware::settings::record::LONGEST_RECORD;
-use firmware::settings::slots::{Slot, SlotStorage, Slots, StorageFault};
+use firmware::settings::slots::{LEAST_SLOT_BYTES, Slot, SlotStorage, Slots, StorageFault};
 use firmware::settings::transfer::Transfer;
 use firmware::start::ResetCause;
 use firmware::status::Program;
@@ -28,7 +27,7 @@ use super::port::BAUD;
 use crate::model::AxisFault;
 use crate::plant::{Plant, PlantSettings};
 use crate::rig::Rig;
-use crate::settings::controller;
+use crate::settings::{connection, controller};
 use crate::wire::{Heard, Wire};
 
 /// Ticks between looks at the wire.
@@ -60,12 +59,12 @@ const NO_REFERENCE: Reference<f32> = Reference {
 
 /// Two slots of settings in memory.
 #[derive(Clone, Debug)]
-pub struct MemorySlots(pub [[u8; LONGEST_RECORD]; 2]);
+pub struct MemorySlots(pub [[u8; LEAST_SLOT_BYTES]; 2]);
 
 impl MemorySlots {
     /// Two that nothing was ever written to.
     pub fn blank() -> Self {
-        Self([[firmware::settings::record::ERASED; LONGEST_RECORD]; 2])
+        Self([[firmware::settings::record::ERASED; LEAST_SLOT_BYTES]; 2])
     }
 }
 
@@ -94,7 +93,7 @@ pub trait Axis {
 
 impl Axis for Plant {
     fn codes(&mut self) -> AdcCodes {
-        self.sample()
+        self.codes_of_sensors()
     }
 
     fn advance(&mut self, command: DacCode) {
@@ -140,19 +139,17 @@ impl<A: Axis> Twin<A> {
         (known, wiring): (&Rig, Wiring),
         tick_s: f64,
     ) -> Result<Self, AxisFault> {
-        let dt_s = tick_s as f32;
-        let slots = Slots::start(MemorySlots::blank(), dt_s);
-        let (slots, _) = slots.map_err(crate::settings::RigSettingsError::Refused)?;
+        let (slots, _) = Slots::start(MemorySlots::blank());
         let mut twin = Self {
             task: ControlTask::of(
                 controller(known, tick_s)?,
-                wiring,
+                &connection(known, wiring)?,
                 ValveConverter::TwelveBits,
             ),
             axis,
             tap: Tap::new(MIDDLE),
             slots,
-            transfer: Transfer::new(dt_s),
+            transfer: Transfer::new(tick_s as f32),
             reference: NO_REFERENCE,
             tick: 0,
             tick_s,
@@ -217,6 +214,10 @@ impl<A: Axis> Twin<A> {
             self.reference = NO_REFERENCE;
         }
         self.tap.offer(&sample, &command);
+        if self.task.take_void() {
+            // Memory does not refuse.
+            let _stored = self.slots.void_wiring();
+        }
     }
 
     fn tick<S: Write>(&mut self, wire: &mut Wire<S>) -> io::Result<()> {
@@ -273,8 +274,8 @@ impl<A: Axis> Twin<A> {
         let task = &mut self.task;
         let served = self
             .transfer
-            .serve(payload, &mut self.slots, |controller, wiring| {
-                task.replace_controller(controller, wiring)
+            .serve(payload, &mut self.slots, |controller, connection| {
+                task.replace_controller(controller, connection)
             });
         match served {
             Some(answer) => wire.send(&answer),

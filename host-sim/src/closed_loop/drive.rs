@@ -6,7 +6,7 @@ use crate::rig::Rig;
 use firmware::codes::ValveConverter;
 use firmware::control_task::ControlTask;
 use firmware::link::{self, CommandRecord};
-use firmware::settings::Wiring;
+use firmware::settings::{Connection, Wiring};
 use firmware::tick::Sample;
 use model_core::controller::Controller;
 
@@ -62,6 +62,8 @@ pub fn control_task(rig: &Rig) -> Result<ControlTask, AxisFault> {
 
 /// The control task for a rig whose wiring was checked or not.
 pub fn wired_task(rig: &Rig, wiring: Wiring) -> Result<ControlTask, AxisFault> {
+    // A plant gives codes on the scales of the link, whatever its sensors are.
+    let connection = Connection::standard(wiring);
     let converter = ValveConverter::TwelveBits;
-    Ok(ControlTask::of(controller(rig)?, wiring, converter))
+    Ok(ControlTask::of(controller(rig)?, &connection, converter))
 }

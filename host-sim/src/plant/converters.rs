@@ -7,7 +7,7 @@ use crate::gauge::Gauge;
 use crate::lag::followed;
 use crate::model::{AxisFault, Side, Values};
 use crate::random::Noise;
-use crate::rig::Rig;
+use crate::rig::{BoardChannel, Rig};
 use firmware::codes::{
     AdcCode, AdcCodes, COMMAND_V, DacCode, FAILED_CONVERSION, POSITION_M, PRESSURE_PA, Scale,
     VELOCITY_M_PER_S,
@@ -98,7 +98,8 @@ fn value(scale: &Scale, code: u16) -> f64 {
 /// One sensor and its converter.
 #[derive(Clone, Debug)]
 struct Converter {
-    scale: Scale,
+    /// What it shows; `None` where there is no sensor, and nothing at the terminal.
+    scale: Option<Scale>,
     codes_per_step: f64,
     noise: Noise,
     deviation: f64,
@@ -107,8 +108,9 @@ struct Converter {
 impl Converter {
     fn new(rig: &Rig, seed: u64, channel: &Channel) -> Self {
         let declared = rig.signals.get(channel.signal);
+        let input = BoardChannel::of(channel.signal);
         Self {
-            scale: channel.scale,
+            scale: input.and_then(|input| rig.board_scale(input)),
             codes_per_step: channel.codes_per_step,
             noise: Noise::new(seed, channel.stream),
             deviation: declared
@@ -120,8 +122,11 @@ impl Converter {
     /// The code of a value with new noise; the ends of the scale beyond it, and
     /// never the code of a failed conversion.
     fn code(&mut self, value: f64) -> AdcCode {
+        let Some(scale) = &self.scale else {
+            return AdcCode(0);
+        };
         let noisy = value + self.deviation * self.noise.normal();
-        let (lowest, highest) = (f64::from(self.scale.lowest), f64::from(self.scale.highest));
+        let (lowest, highest) = (f64::from(scale.lowest), f64::from(scale.highest));
         let place = (noisy - lowest) / (highest - lowest) * f64::from(u16::MAX);
         let code = (place / self.codes_per_step).round() * self.codes_per_step;
         let last = f64::from(FAILED_CONVERSION.0) - self.codes_per_step;
@@ -132,7 +137,6 @@ impl Converter {
 /// What a converter is made from.
 struct Channel {
     signal: &'static str,
-    scale: Scale,
     codes_per_step: f64,
     noise: f64,
     stream: u64,
@@ -141,7 +145,6 @@ struct Channel {
 const fn pressure(signal: &'static str, stream: u64) -> Channel {
     Channel {
         signal,
-        scale: PRESSURE_PA,
         codes_per_step: STEP_12_BIT,
         noise: PRESSURE_NOISE_PA,
         stream,
@@ -150,7 +153,6 @@ const fn pressure(signal: &'static str, stream: u64) -> Channel {
 
 const POSITION: Channel = Channel {
     signal: "x",
-    scale: POSITION_M,
     codes_per_step: STEP_16_BIT,
     noise: POSITION_NOISE_M,
     stream: 0,
@@ -160,7 +162,6 @@ const PRESSURE_B: Channel = pressure("p_b", 2);
 const SUPPLY_PRESSURE: Channel = pressure("p_s", 3);
 const VELOCITY: Channel = Channel {
     signal: "v",
-    scale: VELOCITY_M_PER_S,
     codes_per_step: STEP_16_BIT,
     noise: VELOCITY_NOISE_M_PER_S,
     stream: 4,

@@ -33,8 +33,10 @@ pub(crate) use world::{axis, equilibrium_pa, supply_pressure_pa};
 use crate::model::{AxisFault, Side};
 use crate::rig::Rig;
 use crate::scenario::stroke_range_m;
+use crate::settings::sensors;
 use converters::Converters;
 use firmware::codes::{AdcCodes, DacCode, POSITION_M, Scale};
+use firmware::sensing::Sensing;
 use model_core::axis::AxisState;
 use model_core::carriage::CarriageState;
 use std::collections::BTreeMap;
@@ -84,6 +86,7 @@ impl PlantSettings {
 pub struct Plant {
     world: World,
     converters: Converters,
+    sensing: Sensing,
     settings: PlantSettings,
     stroke_m: [f64; 2],
     tick: u64,
@@ -126,6 +129,7 @@ impl Plant {
         Ok(Self {
             command_v: axis.valve.null_v,
             converters: Converters::new(rig, settings.seed, settings.tick_s)?,
+            sensing: Sensing::new(&sensors(rig)?, settings.tick_s as f32),
             world: World::new(rig, axis, state, supply_pressure_pa),
             settings,
             stroke_m,
@@ -139,8 +143,14 @@ impl Plant {
         self.tick as f64 * self.settings.tick_s
     }
 
-    /// What the converters say now. Each call draws new noise.
+    /// What the sensors show now, on the scales of the link. Each call draws new noise.
     pub fn sample(&mut self) -> AdcCodes {
+        let codes = self.codes_of_sensors();
+        self.sensing.shown(&codes)
+    }
+
+    /// What a board's converters say now of the sensors that the rig has, `[board.SIGNAL]`.
+    pub fn codes_of_sensors(&mut self) -> AdcCodes {
         self.converters.codes(&self.truth())
     }
 

@@ -4,7 +4,7 @@
 
 use core::ptr::{addr_of, addr_of_mut};
 use core::slice;
-use firmware::settings::record::ERASED;
+use firmware::settings::record::{ERASED, LONGEST_RECORD};
 use firmware::settings::slots::{Slot, SlotStorage, StorageFault};
 
 /// As large as the STM32F405's sectors; link.x says the same.
@@ -19,13 +19,16 @@ unsafe extern "C" {
 pub struct Memory(());
 
 impl Memory {
-    /// The slots; one that QEMU has not filled is erased. Called once.
+    /// The slots; what QEMU has not filled of one is erased. Called once.
     pub fn start() -> Self {
         let mut memory = Self(());
         for slot in [Slot::First, Slot::Second] {
             // Memory begins as noughts, which flash does not.
-            if memory.bytes(slot).iter().all(|byte| *byte == 0) {
-                memory.bytes_mut(slot).fill(ERASED);
+            let (record, behind) = memory.bytes_mut(slot).split_at_mut(LONGEST_RECORD);
+            for part in [record, behind] {
+                if part.iter().all(|byte| *byte == 0) {
+                    part.fill(ERASED);
+                }
             }
         }
         memory
