@@ -4,13 +4,17 @@
 //! Without the packages that it needs this test says so and passes; in continuous integration it
 //! fails.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 use std::{env, fs};
 
+use firmware::codes::DacCode;
 use grey_box::rig::Rig;
 use host_sim::cli::fmu::{FmuArguments, KindArgument, StandardArgument};
-use host_sim::closed_loop::{Course, HostController, control_task, run};
+use host_sim::closed_loop::{
+    Course, Driven, ForeignPlant, HostController, Told, control_task, run,
+};
 use host_sim::fmu::{Kind, Standard, pack};
 use host_sim::motion::Motion;
 use host_sim::plant::{Plant, PlantSettings, seen};
@@ -136,4 +140,133 @@ fn prop_the_command_says_where_the_library_comes_from() {
     let refused = host_sim::cli::fmu::run(&arguments, &mut Vec::new());
     let line = refused.expect_err("another ending").to_string();
     assert!(line.contains("ends in .fmu"), "{line}");
+}
+
+/// The plant's unit in the loop's own plant's place.
+#[test]
+fn val_the_loop_around_a_unit_is_the_loop_around_its_plant() {
+    let place = tempfile::tempdir().expect("a folder");
+    let rig = rig();
+    let motion = Motion::mixed();
+    let course = Course {
+        motion: motion.clone(),
+        ticks: 3_000,
+    };
+    let controller = || HostController::new(control_task(&rig).expect("a controller"));
+    // The unit's seed is 1 unless told.
+    let mut plant = Plant::new(&rig, PlantSettings::at(motion.start_m(), 1)).expect("a plant");
+    let own = run(&mut plant, &mut controller(), &course).expect("a run");
+    for standard in [Standard::Two, Standard::Three] {
+        let path = place.path().join("axis.fmu");
+        fs::write(&path, unit(standard, Kind::Plant)).expect("room");
+        let told = Told {
+            parameters: BTreeMap::from([("plant.start_m".to_owned(), motion.start_m())]),
+            ..Told::default()
+        };
+        let mut plant = ForeignPlant::open(&path, &rig, &told, 1e-3).expect("a unit");
+        assert_eq!(plant.assumed(), [""; 0]);
+        let foreign = run(&mut plant, &mut controller(), &course).expect("a run");
+        for (own, foreign) in own.rows.iter().zip(&foreign.rows) {
+            assert_eq!(own.sample, foreign.sample, "{standard:?}");
+            assert_eq!(own.command, foreign.command, "{standard:?}");
+        }
+    }
+}
+
+const SLIDE: &str = r#"<?xml version="1.0"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Slide" guid="{slide}">
+  <CoSimulation modelIdentifier="slide"/>
+  <ModelVariables>
+    <ScalarVariable name="valve.in" valueReference="0" causality="input"><Real unit="mV"/></ScalarVariable>
+    <ScalarVariable name="slide.s" valueReference="1" causality="output"><Real unit="mm"/></ScalarVariable>
+    <ScalarVariable name="gauge" valueReference="2" causality="output"><Real unit="bar(g)"/></ScalarVariable>
+    <ScalarVariable name="payload" valueReference="3" causality="parameter"><Real unit="kg"/></ScalarVariable>
+  </ModelVariables>
+</fmiModelDescription>"#;
+
+/// A unit that a compiler of C makes.
+fn slide(place: &Path) -> std::path::PathBuf {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/other_plant.c");
+    let library = place.join("slide.so");
+    let status = Command::new("cc")
+        .args([
+            "-shared", "-fPIC", "-O1", "-Wall", "-Wextra", "-Werror", "-o",
+        ])
+        .args([&library, &source])
+        .status()
+        .expect("a compiler of C");
+    assert!(status.success());
+    let path = place.join("slide.fmu");
+    let mut archive = zip::ZipWriter::new(fs::File::create(&path).expect("room"));
+    let options = zip::write::SimpleFileOptions::default();
+    let library = fs::read(library).expect("it is built");
+    for (name, bytes) in [
+        ("modelDescription.xml", SLIDE.as_bytes()),
+        ("binaries/linux64/slide.so", &library),
+    ] {
+        archive.start_file(name, options).expect("room");
+        std::io::Write::write_all(&mut archive, bytes).expect("room");
+    }
+    archive.finish().expect("an archive");
+    path
+}
+
+#[test]
+fn val_a_unit_of_others_is_read_in_its_own_names_and_units() {
+    let place = tempfile::tempdir().expect("a folder");
+    let path = slide(place.path());
+    let rig = rig();
+    let mut told = Told::default();
+    let refused = |told: &Told| {
+        let refused = ForeignPlant::open(&path, &rig, told, 1e-3).map(drop);
+        let fault = refused.expect_err("a variable is missing");
+        format!(
+            "{}: {}, expected {}",
+            fault.key, fault.problem, fault.expected
+        )
+    };
+    assert_eq!(
+        refused(&told),
+        "u: the unit has no real variable command_v, expected --plant-variable u=NAME, one of: valve.in"
+    );
+    for (signal, name) in [
+        ("u", "valve.in"),
+        ("x", "slide.s"),
+        ("p_a", "gauge"),
+        ("p_b", "payload"),
+    ] {
+        told.variables.insert(signal.into(), name.into());
+    }
+    let said = refused(&told);
+    assert!(
+        said.starts_with("p_b: the unit's variable payload: its unit \"kg\" is unknown"),
+        "{said}"
+    );
+    told.variables.insert("p_b".into(), "gauge".into());
+    told.parameters.insert("payload".into(), 2.0);
+
+    let mut plant = ForeignPlant::open(&path, &rig, &told, 1e-3).expect("a unit");
+    assert_eq!(plant.assumed().len(), 2, "supply and velocity");
+    let start = plant.truth();
+    assert!((start.pressure_a_pa - (3e5 + rig.ambient_pressure_pa())).abs() < 1e-6);
+    assert!((start.supply_pressure_pa - 7e5).abs() < 1e-6);
+    assert!((start.command_v - 5.0).abs() < 1e-12);
+    // A volt more from the second step on: 1000 mm/s, by two kilograms.
+    for _ in 0..11 {
+        plant.sample();
+        plant.advance(DacCode(39_312)).expect("it steps");
+    }
+    let command_v = plant.truth().command_v;
+    let expected_m = 10.0 * 1e-3 * (command_v - 5.0) / 2.0;
+    assert!(
+        (plant.truth().position_m - expected_m).abs() < 1e-9,
+        "{:?}",
+        plant.truth()
+    );
+    let shown = plant.sample().measurements();
+    assert!((shown.velocity_m_per_s - 0.5).abs() < 0.05, "{shown:?}");
+    // And where it ends the run ends, with its word for it.
+    let end = (0..100).find_map(|_| plant.advance(DacCode(32_768)).err());
+    let said = end.expect("it ends").to_string();
+    assert!(said.contains("fmi2DoStep gave the status error"), "{said}");
 }

@@ -5,13 +5,14 @@ use spdx::{Expression, LicenseReq, ParseMode};
 
 /// Licences that ask for no more than to be named, and MPL-2.0, which covers its own files only:
 /// what it asks for stands in `NOTICE`.
-const ALLOWED: [&str; 11] = [
+const ALLOWED: [&str; 12] = [
     "0BSD",
     "Apache-2.0",
     "BSD-2-Clause",
     "BSD-3-Clause",
     "BSL-1.0",
     "CC0-1.0",
+    "ISC",
     "MIT",
     "MPL-2.0",
     "Unicode-3.0",

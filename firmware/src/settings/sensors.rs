@@ -60,7 +60,7 @@ impl Sensors {
             ("sensors.pressure_a_pa.highest", &self.pressure_a_pa),
             ("sensors.pressure_b_pa.highest", &self.pressure_b_pa),
         ] {
-            if scale.highest == scale.lowest {
+            if (scale.highest - scale.lowest).abs() <= 0.0 {
                 let problem = "shows the same at both ends of its converter";
                 return Err(SettingsFault::Contradiction(name, problem));
             }

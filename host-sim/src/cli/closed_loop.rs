@@ -1,5 +1,6 @@
 //! `pneuma loop`: a controller and the plant, taking turns.
 
+use super::foreign_plant::ForeignArguments;
 use super::inputs::rig_fault;
 use super::{CommandError, inputs, outputs, wiring_of};
 use crate::charts;
@@ -61,6 +62,9 @@ pub struct LoopArguments {
     /// reference.
     #[arg(long, conflicts_with = "connect")]
     pub unchecked: bool,
+    /// Another tool's plant.
+    #[command(flatten)]
+    pub foreign: ForeignArguments,
     /// Run the firmware in QEMU in the controller's place.
     #[arg(long)]
     pub qemu: bool,
@@ -105,10 +109,11 @@ pub fn run(arguments: &LoopArguments, out: &mut dyn Write) -> Result<(), Command
         None => controller_rig,
     };
     let (motion, events) = motion_of(arguments)?;
-    let (run, tick_s) = driven(arguments, &rig, &controller_rig, &motion, events)?;
+    let known = (&rig, &controller_rig);
+    let (run, tick_s) = driven(arguments, known, (&motion, events), out)?;
     let judged = judge(&run, &motion);
     write_outputs(arguments, &rig, &run, &judged, tick_s)?;
-    summarise(&run, &judged, out)?;
+    summarise((&run, &judged), arguments.foreign.whose_position(), out)?;
     if arguments.unchecked {
         writeln!(
             out,
@@ -123,6 +128,7 @@ fn input_files(arguments: &LoopArguments) -> Vec<&PathBuf> {
         &arguments.controller_rig,
         &arguments.motion,
         &arguments.replay,
+        &arguments.foreign.plant,
     ];
     std::iter::once(&arguments.rig)
         .chain(more.into_iter().flatten())
@@ -150,10 +156,9 @@ const LONGEST_RUN_S: f64 = 10_000.0;
 /// Runs the motion with the controller that is asked for; also its tick, s.
 fn driven(
     arguments: &LoopArguments,
-    rig: &Rig,
-    controller_rig: &Rig,
-    motion: &Motion,
-    events: Vec<Event>,
+    (rig, controller_rig): (&Rig, &Rig),
+    (motion, events): (&Motion, Vec<Event>),
+    out: &mut dyn Write,
 ) -> Result<(Run, f64), CommandError> {
     let task = || {
         let known = arguments.controller_rig.as_ref().unwrap_or(&arguments.rig);
@@ -161,16 +166,20 @@ fn driven(
         wired_task(controller_rig, wiring).map_err(|fault| rig_fault(known, fault))
     };
     let run_with = |drive: &mut dyn Drive, tick_s: f64| {
+        check_range(rig, motion)?;
+        check_rows(arguments, motion, tick_s)?;
+        let course = course(arguments, motion, tick_s);
+        if let Some(mut plant) = arguments.foreign.open(rig, tick_s, out)? {
+            check_events(&events)?;
+            return run_course(&mut plant, drive, &course).map_err(inputs::bad_input);
+        }
         let settings = PlantSettings {
             tick_s,
             events,
             ..PlantSettings::at(motion.start_m(), arguments.seed)
         };
-        check_range(rig, motion)?;
-        check_rows(arguments, motion, tick_s)?;
         let plant = Plant::new(rig, settings);
         let mut plant = plant.map_err(|fault| rig_fault(&arguments.rig, fault))?;
-        let course = course(arguments, motion, tick_s);
         run_course(&mut plant, drive, &course).map_err(inputs::bad_input)
     };
     let address = match &arguments.connect {
@@ -270,6 +279,16 @@ fn course(arguments: &LoopArguments, motion: &Motion, tick_s: f64) -> Course {
     course
 }
 
+/// What happens to the simulated plant does not happen to another one.
+fn check_events(events: &[Event]) -> Result<(), CommandError> {
+    if events.is_empty() {
+        return Ok(());
+    }
+    Err(inputs::bad_input(
+        "--plant: the motion file has events, which change the simulated plant only, expected a motion without",
+    ))
+}
+
 /// A motion beyond the stroke would only show the end stops.
 fn check_range(rig: &Rig, motion: &Motion) -> Result<(), CommandError> {
     let Some([low_m, high_m]) = crate::scenario::stroke_range_m(rig) else {
@@ -322,7 +341,11 @@ fn write_outputs(
     Ok(())
 }
 
-fn summarise(run: &Run, judged: &[Judged], out: &mut dyn Write) -> std::io::Result<()> {
+fn summarise(
+    (run, judged): (&Run, &[Judged]),
+    whose_position: &str,
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
     writeln!(
         out,
         "{:<32} {:>8} {:>9} {:>9} {:>10} {:>9} {:>10}",
@@ -363,7 +386,7 @@ fn summarise(run: &Run, judged: &[Judged], out: &mut dyn Write) -> std::io::Resu
     }
     writeln!(
         out,
-        "true position against the reference; beyond: past the end of the move before; \
+        "{whose_position} against the reference; beyond: past the end of the move before; \
          rest: from 0.3 s on; command: rms about its mean"
     )?;
     out.flush()

@@ -17,6 +17,7 @@ pub mod doctor;
 pub mod fit;
 pub mod fleet;
 pub mod fmu;
+pub mod foreign_plant;
 pub mod identify;
 pub mod init;
 mod inputs;

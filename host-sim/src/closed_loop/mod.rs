@@ -7,6 +7,7 @@
 //! | `pid` | the comparison: a PID controller, as usual |
 //! | `tune` | the search for its gains |
 //! | `run` | a motion run through: its rows |
+//! | `foreign` | a plant of another tool in the plant's place |
 //! | `judge` | what a run came to, part by part |
 //! | `record` | a run as a recording that the rig's signals read |
 //! | `transcript` | what went over a link, and its replay |
@@ -15,6 +16,7 @@
 
 mod drive;
 mod figure;
+mod foreign;
 mod judge;
 mod pid;
 mod record;
@@ -27,10 +29,11 @@ mod wire;
 
 pub use crate::knowledge::wrongly_known;
 pub use drive::{Drive, DriveError, HostController, control_task, controller, wired_task};
+pub use foreign::{FOREIGN_SIGNALS, ForeignPlant, Told};
 pub use judge::{AFTER_MOVE_S, Judged, judge};
 pub use pid::{PidController, PidGains};
 pub use record::recorded;
-pub use run::{Course, Row, Run, run};
+pub use run::{Course, Driven, Row, Run, run};
 pub use score::{Case, Factory, Measure, MeasuredCase, Score, ScoreError, run_case, score};
 pub use tune::{retune_pid, tune_pid};
 pub use wire::{RemoteController, Served, serve};

@@ -3,6 +3,7 @@
 use super::drive::{Drive, DriveError};
 use crate::motion::{Motion, as_sent};
 use crate::plant::{self, EndStop, Plant};
+use firmware::codes::{AdcCodes, DacCode};
 use firmware::link::CommandRecord;
 use firmware::tick::{Sample, State};
 use model_core::reference::Reference;
@@ -69,8 +70,49 @@ impl Course {
     }
 }
 
+/// What a controller drives, tick by tick.
+pub trait Driven {
+    /// Time of the present tick, s.
+    fn time_s(&self) -> f64;
+    /// What is true now, as far as it is known.
+    fn truth(&self) -> plant::Sample;
+    /// What the sensors show now, on the scales of the link.
+    fn sample(&mut self) -> AdcCodes;
+    /// One tick's time under the present command; then this one takes over.
+    fn advance(&mut self, command: DacCode) -> Result<(), DriveError>;
+    /// The first hit of an end stop, if there was one.
+    fn end_stop(&self) -> Option<EndStop>;
+}
+
+impl Driven for Plant {
+    fn time_s(&self) -> f64 {
+        Self::time_s(self)
+    }
+
+    fn truth(&self) -> plant::Sample {
+        Self::truth(self)
+    }
+
+    fn sample(&mut self) -> AdcCodes {
+        Self::sample(self)
+    }
+
+    fn advance(&mut self, command: DacCode) -> Result<(), DriveError> {
+        Self::advance(self, command);
+        Ok(())
+    }
+
+    fn end_stop(&self) -> Option<EndStop> {
+        Self::end_stop(self)
+    }
+}
+
 /// Runs a course.
-pub fn run(plant: &mut Plant, drive: &mut dyn Drive, course: &Course) -> Result<Run, DriveError> {
+pub fn run(
+    plant: &mut dyn Driven,
+    drive: &mut dyn Drive,
+    course: &Course,
+) -> Result<Run, DriveError> {
     let mut rows = Vec::with_capacity(course.ticks as usize);
     for tick in 0..course.ticks {
         let reference: Reference<f64> = course.motion.at(plant.time_s());
@@ -81,7 +123,7 @@ pub fn run(plant: &mut Plant, drive: &mut dyn Drive, course: &Course) -> Result<
             reference: as_sent(&reference),
         };
         let command = drive.command(&sample)?;
-        plant.advance(command.valve);
+        plant.advance(command.valve)?;
         rows.push(Row {
             sample,
             command,

@@ -142,7 +142,7 @@ impl<'t> Reader<'t> {
             .map(|end| self.number(key, end, limits))
             .collect::<Result<_, _>>()?;
         match ends[..] {
-            [from, to] if from != to => Ok([from, to]),
+            [from, to] if (from - to).abs() > 0.0 => Ok([from, to]),
             [_, _] => Err(unfit("has the same number twice".into())),
             _ => Err(unfit(format!("has {} numbers", ends.len()))),
         }
