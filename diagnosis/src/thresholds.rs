@@ -100,8 +100,9 @@ thresholds! {
     FREEDOM_OF_STATED = 10.0, Chosen;
     /// How many times likelier some number of a rig file is wrong than a given effect is there: there are some 25.
     WRONG_NUMBER = 25.0, Derived;
-    /// The certainty beyond which no recording chooses between an effect and a wrong number.
-    MOST_CERTAIN = 0.95, Chosen;
+    /// The certainty beyond which no recording chooses between an effect and a wrong number: the other side of the
+    /// usual level.
+    MOST_CERTAIN = 1.0 - CHANCE_ALONE, Derived;
     /// Deviations by which a load's mass is known from nought, and its spring from a rigid one.
     TOLD_FROM_NOUGHT = 3.0, Derived;
     /// Least part of the carriage's mass that a load is: that much more or less does not matter.
@@ -123,8 +124,8 @@ thresholds! {
     AS_WELL = 0.05, Chosen;
     /// Difference of the criterion within which forms of an equation do as well: odds of about 150.
     FORMS_AS_WELL = 10.0, Derived;
-    /// Part of the energy above the noise that the first term of an equation takes away.
-    WORTH_A_FIRST_TERM = 0.25, Chosen;
+    /// Part of the energy above the noise that the first term of an equation takes away: half of the amplitude.
+    WORTH_A_FIRST_TERM = LARGER_PART * LARGER_PART, Derived;
     /// Part of the amplitude that a form explains by which it may be off itself: real springs and seals are of no form
     /// exactly.
     ERROR_OF_EQUATION = 0.1, Chosen;

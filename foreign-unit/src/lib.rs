@@ -4,11 +4,13 @@
 //! |---|---|
 //! | `description` | `modelDescription.xml`: which variables there are |
 //! | `library` | the shared library of this system, out of the archive |
+//! | `component` | an instance of either standard: its pointer, its log, its end |
 //! | `fmi2`, `fmi3` | its functions, by the standard's headers |
 //!
 //! A unit is somebody else's program: it runs with the rights of whoever starts it, and what it
 //! breaks is broken. Numbers are real ones, in the unit that the description states.
 
+mod component;
 mod description;
 mod fmi2;
 mod fmi3;
@@ -33,7 +35,7 @@ pub enum UnitError {
     #[error("{0}")]
     Library(String),
     /// One of its functions did not succeed.
-    #[error("{function} gave the status {status}{}", said(.log))]
+    #[error("{function} gave {status}{}", said(.log))]
     Refused {
         /// The function's name.
         function: &'static str,
@@ -49,18 +51,6 @@ fn said(log: &str) -> String {
         String::new()
     } else {
         format!(": {log}")
-    }
-}
-
-/// A status of both standards in words.
-fn status_word(status: i32) -> &'static str {
-    match status {
-        0 => "ok",
-        1 => "warning",
-        2 => "discard",
-        3 => "error",
-        4 => "fatal",
-        _ => "pending",
     }
 }
 

@@ -7,6 +7,7 @@ pub mod check;
 pub mod cli;
 pub mod closed_loop;
 pub mod commission;
+pub mod converted;
 pub mod experiment;
 pub mod fault_campaign;
 pub mod fleet;

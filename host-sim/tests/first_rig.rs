@@ -267,3 +267,17 @@ fn val_the_paper_axis_of_the_practice_recordings_starts_from_its_data_sheet() {
     ]);
     assert!(check.status.success(), "{}", text(&check.stdout));
 }
+
+#[test]
+fn prop_what_a_rig_offers_of_sensors_can_be_uncommented() {
+    let folder = scratch("sensors");
+    let path = folder.join("rig.toml");
+    let path = path.to_string_lossy();
+    let output = pneuma(&[&SHEET[..], &["--out", &path]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let written = fs::read_to_string(&*path).unwrap();
+    let (before, offered) = written.split_once("# [board.p_a]").unwrap();
+    let offered = offered.replace("\n# ", "\n");
+    let rig = Rig::parse(&format!("{before}[board.p_a]{offered}"), "rig.toml").unwrap();
+    assert_eq!(rig.board.len(), 2);
+}

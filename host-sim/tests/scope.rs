@@ -7,6 +7,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
+use host_sim::recording::Recording;
+use host_sim::rig::Rig;
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::protocol::WebSocket;
@@ -254,7 +256,7 @@ fn val_pages_show_every_tick_and_the_board_does_as_it_is_told() {
     });
 
     // Recorded meanwhile: a move, a gain that is refused under way, and taken at rest.
-    page.say(&json!({ "do": "record", "on": true }));
+    page.say(&json!({ "do": "record", "on": true, "mcap": true }));
     page.until("it records", |page| !page.status["recording"].is_null());
     page.say(&json!({ "do": "move", "to_mm": 20.0 }));
     page.until("it tracks", |page| page.last("reference") > 19.9);
@@ -286,6 +288,7 @@ fn val_pages_show_every_tick_and_the_board_does_as_it_is_told() {
     });
     page.say(&json!({ "do": "record", "on": false }));
     page.until("the recording stands", |page| page.has_noted(" rows, "));
+    page.until("and as MCAP", |page| page.has_noted(".mcap: written"));
 
     // No tick is missing, on the page and in the file.
     let gaps = page
@@ -324,6 +327,15 @@ fn val_pages_show_every_tick_and_the_board_does_as_it_is_told() {
         .windows(positions.len())
         .any(|part| part.iter().zip(&positions).all(|(a, b)| near(*a, *b)));
     assert!(is_there, "the rows of the page are those of the file");
+
+    // The MCAP beside it holds the same.
+    let rig = Rig::read(rig()).expect("it is a rig");
+    let read = |path: &Path| Recording::read(path, &rig.signals).expect("it is read");
+    let (text, packed) = (read(&recording), read(&recording.with_extension("mcap")));
+    assert_eq!(text.len(), packed.len());
+    for signal in ["x", "p_a", "u"] {
+        assert_eq!(text.signal(signal), packed.signal(signal), "{signal}");
+    }
 
     // A second page sees the same, and PlotJuggler's datagrams are numbers by name.
     let mut other = opened(&scope);

@@ -4,17 +4,20 @@
 //!
 //! Without the emulator these tests say so and pass; in continuous integration they fail.
 
-use firmware::codes::AdcCodes;
+use firmware::codes::{AdcCodes, DacCode};
 use firmware::control_task::ControlTask;
 use firmware::crash;
 use firmware::experiment::{Envelope, Step, frames as experiment};
 use firmware::link::Payload;
-use firmware::settings::{Settings, record, transfer};
+use firmware::settings::{Settings, Wiring, record, transfer};
 use firmware::tick::Sample;
-use host_sim::closed_loop::{Course, RemoteController, control_task, run, transcript};
+use host_sim::closed_loop::{
+    Course, DriveError, Driven, RemoteController, Run, control_task, run, transcript,
+};
 use host_sim::motion::{Limits, Motion, Segment};
-use host_sim::plant::{Plant, PlantSettings};
+use host_sim::plant::{self, EndStop, Plant, PlantSettings};
 use host_sim::rig::Rig;
+use host_sim::settings::settings;
 use model_core::reference::Reference;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
@@ -133,7 +136,43 @@ fn val_the_flash_image_closes_the_loop_to_the_byte_of_its_twin() {
             periods: 2,
         },
     ];
-    closes_the_loop(&Motion::new(0.0, Limits::BRISK, &segments), 2_000);
+    let motion = Motion::new(0.0, Limits::BRISK, &segments);
+    closes_the_loop(&paper(""), &motion, 2_000);
+}
+
+/// Gauges of 4 to 20 mA, neither velocity nor supply gauge, and a position the other way round: the
+/// converters are given what these put out, and the load arrives where it should be.
+#[test]
+fn val_the_flash_image_closes_the_loop_with_other_sensors() {
+    let sensors = r#"
+[board.p_a]
+output_mA = [4, 20]
+range_Pa = [0, 1.0e6]
+sensor = "gauge"
+[board.p_b]
+output_mA = [4, 20]
+range_Pa = [0, 1.0e6]
+sensor = "gauge"
+[board.p_s]
+sensor = "none"
+[board.x]
+output_V = [10, -10]
+range_m = [-0.25, 0.25]
+[board.v]
+sensor = "none"
+"#;
+    let segments = [
+        Segment::Hold { seconds: 0.2 },
+        Segment::Move { to_m: 0.1 },
+        Segment::Hold { seconds: 0.2 },
+    ];
+    let motion = Motion::new(0.0, Limits::BRISK, &segments);
+    let Some(run) = closes_the_loop(&paper(sensors), &motion, 800) else {
+        return;
+    };
+    let last = run.rows.last().expect("it runs");
+    assert!((last.truth.position_m - 0.1).abs() < 2e-4, "{last:?}");
+    assert!(last.error_m().abs() < 1e-4, "{last:?}");
 }
 
 #[test]
@@ -141,16 +180,51 @@ fn val_the_flash_image_closes_the_loop_to_the_byte_of_its_twin() {
 fn val_the_flash_image_closes_the_loop_for_a_minute() {
     let ticks = 60_000;
     let motion = Motion::mixed().repeated(f64::from(ticks) * PlantSettings::TICK_S);
-    closes_the_loop(&motion, ticks);
+    closes_the_loop(&paper(""), &motion, ticks);
 }
 
-/// The slots have the built-in settings, for a checked axis: it is the paper's.
-fn closes_the_loop(motion: &Motion, ticks: u32) {
-    let Some(image) = flashed() else { return };
+/// The paper's rig with these sensors at the board's terminals.
+fn paper(sensors: &str) -> Rig {
+    let paper = include_str!("../../host-sim/rigs/paper.toml");
+    Rig::parse(&format!("{paper}{sensors}"), "paper.toml").expect("the paper's rig")
+}
+
+/// What the converters are given: the voltages of the sensors.
+struct AtTerminals(Plant);
+
+impl Driven for AtTerminals {
+    fn time_s(&self) -> f64 {
+        self.0.time_s()
+    }
+    fn truth(&self) -> plant::Sample {
+        self.0.truth()
+    }
+    fn sample(&mut self) -> AdcCodes {
+        self.0.codes_of_sensors()
+    }
+    fn advance(&mut self, command: DacCode) -> Result<(), DriveError> {
+        self.0.advance(command);
+        Ok(())
+    }
+    fn end_stop(&self) -> Option<EndStop> {
+        self.0.end_stop()
+    }
+}
+
+/// The run; none where there is no emulator. The slots have the settings of the rig, its wiring
+/// checked.
+fn closes_the_loop(rig: &Rig, motion: &Motion, ticks: u32) -> Option<Run> {
+    let image = flashed()?;
     let folder = tempfile::tempdir().expect("a folder");
     let seen = folder.path().join("seen.transcript");
-    let checked = checked_settings().expect("a file");
-    let options = ["--ticks", "1000000", "--plant", "0", "--slots", &checked];
+    let settings = Settings {
+        wiring: Wiring::Checked,
+        ..settings(rig).expect("it makes settings")
+    };
+    let slot = folder.path().join("slot.bin");
+    std::fs::write(&slot, record::encode(1, &settings).expect("it fits")).expect("room");
+    let slot = slot.display().to_string();
+    let options = ["--ticks", "1000000", "--plant", "0", "--slots", &slot];
     let mut emulation = emulate::emulation(&image, &options);
     emulation.arg("--transcript").arg(&seen);
     let child = emulation.stdout(Stdio::piped()).spawn();
@@ -161,13 +235,12 @@ fn closes_the_loop(motion: &Motion, ticks: u32) {
     let address = line.trim().rsplit(' ').next().expect("an address");
     let stream = TcpStream::connect(address).unwrap_or_else(|error| panic!("{line}: {error}"));
 
-    let paper = include_str!("../../host-sim/rigs/paper.toml");
-    let paper = Rig::parse(paper, "paper.toml").expect("the paper's rig");
     let course = Course {
         motion: motion.clone(),
         ticks,
     };
-    let mut plant = Plant::new(&paper, PlantSettings::at(0.0, 1)).expect("a plant");
+    let plant = Plant::new(rig, PlantSettings::at(0.0, 1)).expect("a plant");
+    let mut plant = AtTerminals(plant);
     let mut board = RemoteController::greet(stream).expect("the image greets");
     let driven = run(&mut plant, &mut board, &course).expect("a run");
     let line = board.end().expect("the run ends");
@@ -184,10 +257,12 @@ fn closes_the_loop(motion: &Motion, ticks: u32) {
     assert!(furthest_m.fold(0.0, f64::max) > 0.09, "it moves");
 
     let seen = std::fs::File::open(&seen).expect("the transcript");
-    let twin = control_task(&paper).expect("a controller");
+    // What the image tells is on the scales of the link, whatever the sensors are.
+    let twin = control_task(rig).expect("a controller");
     let replay = transcript::replay(seen, twin).expect("a transcript");
     assert_eq!(replay.differences, 0, "{:?}", replay.first_difference);
     assert!(replay.ticks + 1 >= u64::from(ticks), "{}", replay.ticks);
+    Some(driven)
 }
 
 /// A crash is kept over the reset that it ends in, says where it was, and leaves the valve shut.

@@ -194,6 +194,16 @@ fn val_rig_file_and_columns_are_those_of_the_practice_rigs() {
 
 #[test]
 fn prop_every_effect_changes_a_recording() {
+    // Pulses to one end, then a rest and a slow push back.
+    let commands_v: Vec<f64> = (0..4000_u32)
+        .map(|tick| match tick {
+            0..1500 if tick % 500 < 200 => 7.0,
+            0..2500 => 5.0,
+            _ => 5.0 - 0.6 * f64::from(tick - 2500) * TICK_S,
+        })
+        .collect();
+    let mut without = Request::new(13, Kind::Nothing).with_noise(1.0).plant();
+    let without: Vec<_> = commands_v.iter().map(|v| without.step(*v)).collect();
     for name in names() {
         let mut with = Request::new(13, Kind::Single)
             .with_effect(name)
@@ -201,16 +211,9 @@ fn prop_every_effect_changes_a_recording() {
             .with_strength(Strength::Strong)
             .with_noise(1.0)
             .plant();
-        let mut without = Request::new(13, Kind::Nothing).with_noise(1.0).plant();
         let mut farthest = [0.0_f64; 3];
-        // Pulses to one end, then a rest and a slow push back.
-        for tick in 0..4000_u32 {
-            let command_v = match tick {
-                0..1500 if tick % 500 < 200 => 7.0,
-                0..2500 => 5.0,
-                _ => 5.0 - 0.6 * f64::from(tick - 2500) * TICK_S,
-            };
-            let [a, b] = [with.step(command_v), without.step(command_v)];
+        for (command_v, b) in commands_v.iter().zip(&without) {
+            let a = with.step(*command_v);
             let gaps = [
                 (a.pressure_pa[0] - b.pressure_pa[0]) / 244.0,
                 (a.pressure_pa[1] - b.pressure_pa[1]) / 244.0,

@@ -11,9 +11,6 @@ use crate::thresholds::{
     TO_THE_NOISE,
 };
 
-/// Forces below that floor are not looked for.
-const WORTH_A_SEARCH_OF_FORCES: f64 = 0.0;
-
 impl Bench<'_> {
     /// Energy that a model misses of an output above the noise's, in units of it.
     pub(crate) fn excess(&self, model: &Fitted, output: usize) -> f64 {
@@ -23,7 +20,8 @@ impl Bench<'_> {
     /// From which excess on effects are looked for.
     fn worth_a_search(&self) -> f64 {
         if self.law == Law::Balance {
-            return WORTH_A_SEARCH_OF_FORCES;
+            // Of forces all that lies above the noise.
+            return 0.0;
         }
         (NOISE_DEVIATIONS * self.noise_varies()).min(MISSED)
     }

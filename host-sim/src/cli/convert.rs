@@ -4,13 +4,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use data_files::{Column, Target};
+use data_files::Target;
 
 use super::CommandError;
 use super::inputs::{bad_input, read_recording, read_rig};
 use super::outputs::check_outputs;
-use crate::output::write_whole;
-use crate::recording::as_recorded;
+use crate::converted;
 use crate::text::file_name;
 
 /// Write a recording as CSV, Parquet, MATLAB 7 or MCAP. The columns that the rig names are
@@ -34,22 +33,15 @@ pub fn run(arguments: &ConvertArguments, out: &mut dyn Write) -> Result<(), Comm
     let target = target(&arguments.out)?;
     let rig = read_rig(&arguments.rig)?;
     let recording = read_recording(&arguments.recording, &rig)?;
-    let columns = as_recorded(&recording, &rig.signals);
-    let refused = |cause| bad_input(format!("{}: {cause}", shown(&arguments.out)));
-    match target {
-        None => write_whole(&arguments.out, |file| write_text(&columns, file))?,
-        Some(target) => {
-            let bytes = data_files::write(target, &columns, &recording.time_s).map_err(refused)?;
-            write_whole(&arguments.out, |file| file.write_all(&bytes))?;
-        }
-    }
+    let columns = converted::write(&recording, &rig, (&arguments.out, target))
+        .map_err(|cause| bad_input(format!("{}: {cause}", shown(&arguments.out))))?;
     for remark in recording.named_remarks() {
         writeln!(out, "note: {remark}")?;
     }
-    let (rows, names) = (recording.len(), columns.len());
+    let rows = recording.len();
     writeln!(
         out,
-        "{}: {rows} rows of {names} columns",
+        "{}: {rows} rows of {columns} columns",
         shown(&arguments.out)
     )?;
     Ok(())
@@ -72,10 +64,4 @@ fn target(path: &Path) -> Result<Option<Target>, CommandError> {
             shown(path)
         ))),
     }
-}
-
-/// A table as CSV: names, units, rows.
-fn write_text(columns: &[Column], file: &mut dyn Write) -> std::io::Result<()> {
-    let mut text = data_files::Text::from(columns.to_vec());
-    std::io::copy(&mut text.reader, file).map(|_| ())
 }

@@ -16,6 +16,18 @@ const DEAD_LENGTH_M: f64 = 0.02;
 /// Dead volume of fittings and a short tube, m3.
 const FITTINGS_M3: f64 = 15e-6;
 
+/// What a person with other sensors uncomments.
+const SENSORS_OF_A_BOARD: &str = "
+# A controller board takes 0 to 10 V for 0 to 10 bar absolute (p_a, p_b, p_s), -10 to 10 V for -0.25 to 0.25 m (x)
+# and for -2 to 2 m/s (v). For other sensors at its terminals, and where one is not there:
+# [board.p_a]
+# output_mA = [4, 20]
+# range_Pa = [0, 1.0e6]
+# sensor = \"gauge\"
+# [board.v]
+# sensor = \"none\"
+";
+
 /// An axis as its data sheets describe it.
 #[derive(Clone, Debug)]
 pub struct DataSheet {
@@ -92,6 +104,7 @@ impl DataSheet {
         self.write_cylinder(&mut text);
         self.write_mechanics(&mut text);
         self.write_uncertainty(&mut text);
+        text.push_str(SENSORS_OF_A_BOARD);
         text
     }
 

@@ -5,9 +5,13 @@ use crate::board::orders::{self, begin_stream};
 use crate::board::port::{Port, PortError};
 use crate::board::recorder::Recorder;
 use crate::board::send::{Kept, send};
+use crate::converted;
 use crate::output::Pending;
+use crate::recording::Recording;
 use crate::rig::Rig;
 use crate::settings::settings;
+use crate::text::file_name;
+use data_files::Target;
 use firmware::link;
 use firmware::settings::Settings;
 use firmware::settings::record::encode_content;
@@ -57,6 +61,9 @@ pub enum Order {
     Record {
         /// Begin.
         on: bool,
+        /// What is recorded is written as MCAP too, once it ends.
+        #[serde(default)]
+        mcap: bool,
     },
 }
 
@@ -97,6 +104,7 @@ impl Talk {
             std::thread::sleep(AGAIN);
         }
         feed.end_recording();
+        pack(&feed.take_to_pack(), &self.rig, feed);
     }
 
     fn talk(
@@ -127,6 +135,12 @@ impl Talk {
                 self.obey(&mut port, &order, feed)?;
             }
             pump(&mut port)?;
+            let waiting = feed.take_to_pack();
+            if !waiting.is_empty() {
+                // A long recording takes seconds, in which ticks come.
+                let (rig, feed) = (self.rig.clone(), Arc::clone(feed));
+                std::thread::spawn(move || pack(&waiting, &rig, &feed));
+            }
             if feed.end() != heard_at.1 {
                 heard_at = (Instant::now(), feed.end());
             } else if heard_at.0.elapsed() > SILENCE {
@@ -151,7 +165,11 @@ impl Talk {
             Order::Acknowledge => orders::acknowledge(port).map(drop).map_err(said),
             Order::Gain { key, value } => self.set_gain(port, (key, *value), feed),
             Order::Store => self.send(port, Kept::Stored),
-            Order::Record { on } => self.record(*on, feed),
+            Order::Record { on: true, mcap } => self.record(*mcap, feed),
+            Order::Record { on: false, .. } => {
+                feed.end_recording();
+                Ok(())
+            }
         };
         match done {
             Ok(()) => feed.note(what, false),
@@ -206,11 +224,7 @@ impl Talk {
         })
     }
 
-    fn record(&self, on: bool, feed: &Feed) -> Result<(), Failed> {
-        if !on {
-            feed.end_recording();
-            return Ok(());
-        }
+    fn record(&self, as_mcap: bool, feed: &Feed) -> Result<(), Failed> {
         if feed.is_recording() {
             return Err(Failed::Refused("a recording is under way".into()));
         }
@@ -224,8 +238,24 @@ impl Talk {
         let path = self.folder.join(name);
         let pending = Pending::create(&path).map_err(|error| refused(&error))?;
         let recorder = Recorder::new(pending, &self.rig, &self.rig_name, streaming);
-        feed.record(recorder.map_err(|error| refused(&error))?, path);
+        let recorder = recorder.map_err(|error| refused(&error))?;
+        feed.record(recorder, path, as_mcap);
         Ok(())
+    }
+}
+
+/// Writes recordings that stand as MCAP beside them.
+fn pack(recordings: &[PathBuf], rig: &Rig, feed: &Feed) {
+    for path in recordings {
+        let packed = path.with_extension("mcap");
+        let name = file_name(&packed.display().to_string());
+        let read = Recording::read(path, &rig.signals).map_err(|error| error.to_string());
+        let written =
+            read.and_then(|one| converted::write(&one, rig, (&packed, Some(Target::Mcap))));
+        match written {
+            Ok(_) => feed.note(format!("{name}: written beside it"), false),
+            Err(why) => feed.note(format!("{name}: {why}"), true),
+        }
     }
 }
 
@@ -283,7 +313,7 @@ fn words(order: &Order) -> String {
         Order::Acknowledge => "fault acknowledged".into(),
         Order::Gain { key, value } => format!("{key} = {value}"),
         Order::Store => "settings stored".into(),
-        Order::Record { on: true } => "recording begins".into(),
-        Order::Record { on: false } => "recording ends".into(),
+        Order::Record { on: true, .. } => "recording begins".into(),
+        Order::Record { on: false, .. } => "recording ends".into(),
     }
 }

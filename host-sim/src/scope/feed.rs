@@ -48,6 +48,7 @@ pub struct Condition {
 struct Recording {
     recorder: Recorder<Pending>,
     path: PathBuf,
+    as_mcap: bool,
 }
 
 #[derive(Default)]
@@ -62,6 +63,8 @@ struct Inner {
     last: Option<Record>,
     losses: Losses,
     recording: Option<Recording>,
+    /// Recordings that stand and are wanted as MCAP too.
+    to_pack: Vec<PathBuf>,
 }
 
 /// What board and pages share.
@@ -148,15 +151,19 @@ impl Feed {
         self.lock().condition.gains = gains;
     }
 
-    /// A recording begins.
-    pub fn record(&self, recorder: Recorder<Pending>, path: PathBuf) {
+    /// A recording begins, which is wanted as MCAP too or not.
+    pub fn record(&self, recorder: Recorder<Pending>, path: PathBuf, as_mcap: bool) {
         let mut inner = self.lock();
         push_note(
             &mut inner,
             format!("recording into {}", shown(&path)),
             false,
         );
-        inner.recording = Some(Recording { recorder, path });
+        inner.recording = Some(Recording {
+            recorder,
+            path,
+            as_mcap,
+        });
     }
 
     /// Whether a recording is under way.
@@ -167,6 +174,11 @@ impl Feed {
     /// The recording ends.
     pub fn end_recording(&self) {
         finish(&mut self.lock(), None);
+    }
+
+    /// Recordings that stand and are wanted as MCAP too, for whoever writes them: once each.
+    pub fn take_to_pack(&self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.lock().to_pack)
     }
 
     /// How things are.
@@ -233,7 +245,12 @@ fn push_note(inner: &mut Inner, text: String, wrong: bool) {
 }
 
 fn finish(inner: &mut Inner, why: Option<&str>) {
-    let Some(Recording { recorder, path }) = inner.recording.take() else {
+    let Some(Recording {
+        recorder,
+        path,
+        as_mcap,
+    }) = inner.recording.take()
+    else {
         return;
     };
     let seconds = recorder.duration_s();
@@ -241,6 +258,7 @@ fn finish(inner: &mut Inner, why: Option<&str>) {
     let name = shown(&path);
     let (text, wrong) = match pending.finish() {
         Ok(()) => {
+            inner.to_pack.extend(as_mcap.then_some(path));
             let reason = why.map_or_else(String::new, |why| format!("; it ended early: {why}"));
             let lost = match losses.is_any() {
                 true => format!(", {losses}"),

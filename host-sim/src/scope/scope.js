@@ -507,7 +507,10 @@ $("move").onsubmit = (event) => { event.preventDefault(); send({ do: "move", to_
 $("stop").onclick = () => send({ do: "stop" });
 $("acknowledge").onclick = () => send({ do: "acknowledge" });
 $("store").onclick = () => send({ do: "store" });
-const record = () => send({ do: "record", on: $("record").getAttribute("aria-pressed") !== "true" });
+const record = () => {
+  const on = $("record").getAttribute("aria-pressed") !== "true";
+  send({ do: "record", on, mcap: $("as_mcap").checked });
+};
 $("record").onclick = record;
 $("pause").onclick = togglePause;
 $("trigger").onchange = () => { armed = { fired: null, last: null }; $("trigger-said").textContent = ""; pause(null); showTrigger(); };
