@@ -15,6 +15,11 @@ pub struct AdcCode(pub u16);
 /// The code that a converter gives when its conversion failed.
 pub const FAILED_CONVERSION: AdcCode = AdcCode(0xFFFF);
 
+/// Codes from here on are at the upper end of a converter of 12 bits, whose steps are 16 codes.
+pub const END_OF_12_BITS: u16 = 0xFFF0;
+/// The same of a converter of 16 bits: the code over it is a failed conversion.
+pub const END_OF_16_BITS: u16 = 0xFFFE;
+
 /// A code for the valve's converter, 0..=65535 for 0..10 V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DacCode(pub u16);

@@ -9,12 +9,11 @@
 //! Without a velocity sensor the velocity is the position's difference quotient, low-passed.
 
 use crate::codes::{
-    AdcCode, AdcCodes, FAILED_CONVERSION, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S,
+    AdcCode, AdcCodes, END_OF_12_BITS, END_OF_16_BITS, FAILED_CONVERSION, POSITION_M, PRESSURE_PA,
+    Scale, VELOCITY_M_PER_S,
 };
 use crate::settings::Sensors;
 
-/// The code at the upper end of the scale.
-const HIGHEST: f32 = 65_534.0;
 /// Time constant of the low-pass of a velocity that is worked out, s: a position with noise
 /// of 4 um and steps of 7.6 um gives 2 mm/s rms at every rate of ticks, about what a sensor has.
 const VELOCITY_TIME_CONSTANT_S: f32 = 2e-3;
@@ -58,23 +57,19 @@ struct Quotient {
     codes: f32,
 }
 
-/// The first code at the end of a converter of 12 bits, and of the position's.
-const LAST_OF_12_BITS: u16 = 0xFFF0;
-const LAST_OF_16_BITS: u16 = 0xFFFE;
-
 impl Sensing {
     /// Of these sensors, for ticks of `dt_s`.
     pub fn new(sensors: &Sensors, dt_s: f32) -> Self {
-        let pressure = |shown: &Scale| Line::new(shown, &PRESSURE_PA, LAST_OF_12_BITS);
+        let pressure = |shown: &Scale| Line::new(shown, &PRESSURE_PA, END_OF_12_BITS);
         Self {
             is_standard: *sensors == Sensors::STANDARD,
-            position: Line::new(&sensors.position_m, &POSITION_M, LAST_OF_16_BITS),
+            position: Line::new(&sensors.position_m, &POSITION_M, END_OF_16_BITS),
             pressure_a: pressure(&sensors.pressure_a_pa),
             pressure_b: pressure(&sensors.pressure_b_pa),
             supply_pressure: pressure(&sensors.supply_pressure_pa),
             velocity: match &sensors.velocity_m_per_s {
                 Some(shown) => {
-                    Velocity::Measured(Line::new(shown, &VELOCITY_M_PER_S, LAST_OF_12_BITS))
+                    Velocity::Measured(Line::new(shown, &VELOCITY_M_PER_S, END_OF_12_BITS))
                 }
                 None => Velocity::OfPosition(Quotient::new(dt_s)),
             },
@@ -131,7 +126,7 @@ impl Line {
             return code;
         }
         if code.0 >= self.last {
-            return code_of(HIGHEST);
+            return AdcCode(END_OF_16_BITS);
         }
         code_of(f32::from(code.0) * self.gain + self.offset)
     }
@@ -166,7 +161,7 @@ impl Quotient {
     reason = "a cast from f32 saturates"
 )]
 fn code_of(place: f32) -> AdcCode {
-    AdcCode(place.min(HIGHEST) as u16)
+    AdcCode(place.min(f32::from(END_OF_16_BITS)) as u16)
 }
 
 #[cfg(test)]

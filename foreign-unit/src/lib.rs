@@ -116,6 +116,11 @@ impl Unit {
         &self.variables
     }
 
+    /// The real variable of that name.
+    pub fn variable(&self, name: &str) -> Option<&Variable> {
+        self.variables.iter().find(|one| one.name == name)
+    }
+
     /// Ends the time in which parameters and starts are set; time 0 begins.
     ///
     /// # Errors

@@ -123,6 +123,12 @@ pub fn settings(rig: &Rig) -> Result<Settings, RigSettingsError> {
     Ok(settings)
 }
 
+/// The settings of a rig whose wiring was checked or not.
+pub fn wired(rig: &Rig, wiring: Wiring) -> Result<Settings, RigSettingsError> {
+    let settings = settings(rig)?;
+    Ok(Settings { wiring, ..settings })
+}
+
 /// How the axis of a rig is connected, its wiring checked or not.
 pub fn connection(rig: &Rig, wiring: Wiring) -> Result<Connection, AxisFault> {
     let sensors = sensors(rig)?;

@@ -17,7 +17,7 @@ use host_sim::closed_loop::{
 use host_sim::motion::{Limits, Motion, Segment};
 use host_sim::plant::{self, EndStop, Plant, PlantSettings};
 use host_sim::rig::Rig;
-use host_sim::settings::settings;
+use host_sim::settings::wired;
 use model_core::reference::Reference;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
@@ -217,10 +217,7 @@ fn closes_the_loop(rig: &Rig, motion: &Motion, ticks: u32) -> Option<Run> {
     let image = flashed()?;
     let folder = tempfile::tempdir().expect("a folder");
     let seen = folder.path().join("seen.transcript");
-    let settings = Settings {
-        wiring: Wiring::Checked,
-        ..settings(rig).expect("it makes settings")
-    };
+    let settings = wired(rig, Wiring::Checked).expect("it makes settings");
     let slot = folder.path().join("slot.bin");
     std::fs::write(&slot, record::encode(1, &settings).expect("it fits")).expect("room");
     let slot = slot.display().to_string();
@@ -329,9 +326,7 @@ fn val_an_experiment_drives_the_converter_as_its_twin_does() {
 
 /// Codes of the converter that the host's twin writes at rest, once it is told this.
 fn of_twin(sent: &[Payload], ticks: u32) -> Vec<u64> {
-    let paper = include_str!("../../host-sim/rigs/paper.toml");
-    let paper = Rig::parse(paper, "paper.toml").expect("the paper's rig");
-    let mut task = control_task(&paper).expect("a controller");
+    let mut task = control_task(&paper("")).expect("a controller");
     let tick = |number: u32, task: &mut ControlTask| {
         let command = task.tick(&Sample {
             tick: number,

@@ -153,13 +153,10 @@ pub(super) struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     /// One after the other.
-    pub(super) fn iter(self) -> impl ExactSizeIterator<Item = Field> + 'a {
-        let last = self.ranges.len().saturating_sub(1);
-        let rows = self.values.iter().enumerate();
-        rows.map(move |(place, value)| {
-            let range = self.ranges.get(place.min(last));
-            range.map_or(NAMELESS, |range| range.of(*value))
-        })
+    pub(super) fn iter(self) -> impl Iterator<Item = Field> + 'a {
+        let of_the_rest = self.ranges.last().into_iter().cycle();
+        let rows = self.ranges.iter().chain(of_the_rest).zip(self.values);
+        rows.map(|(range, value)| range.of(*value))
     }
 
     /// The first number out of its range. In one loop for all tables: one for each takes three
@@ -177,9 +174,6 @@ impl<'a> Rows<'a> {
         })
     }
 }
-
-/// Of no table there is.
-const NAMELESS: Field = field("", 0.0, 0.0, 0.0);
 
 /// Numbers, each with a range of its own.
 pub(super) struct Fields<const N: usize> {

@@ -2,7 +2,9 @@
 //! the rig's simulation (`host-sim`), so that a sound sensor never trips. To be
 //! checked against the data sheets of the sensors in use.
 
-use crate::codes::{POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S};
+use crate::codes::{
+    END_OF_12_BITS, END_OF_16_BITS, POSITION_M, PRESSURE_PA, Scale, VELOCITY_M_PER_S,
+};
 
 /// Deviations that noise is granted. Once in 1e15 draws is more: the five
 /// channels of an axis draw that often in 6000 years.
@@ -40,20 +42,14 @@ pub(super) const TIME_SKEW_S: f32 = 5e-3;
 /// position, twice what a skew leaves of a start at 40 m/s2.
 pub(super) const PARTING_M: f32 = 0.5e-3;
 
-/// Codes nearer to an end of the scale than this are at the end: a step of a
-/// 12-bit converter for the pressures and the velocity, one of 16 bits for the
-/// position. The code over all of them is a failed conversion.
-const STEP_12_BIT: u16 = 16;
-const HIGHEST_16_BIT: u16 = 0xFFFE;
-
 /// Whether a code of the position or the velocity is at an end of the scale.
 pub(super) fn is_saturated(code: u16) -> bool {
-    code == 0 || code >= HIGHEST_16_BIT
+    code == 0 || code >= END_OF_16_BITS
 }
 
 /// Whether a code of a pressure is at the upper end of the scale.
 pub(super) fn is_pressure_saturated(code: u16) -> bool {
-    code > u16::MAX - STEP_12_BIT
+    code >= END_OF_12_BITS
 }
 
 /// The largest pressure that is measured, Pa.

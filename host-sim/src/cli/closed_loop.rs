@@ -147,6 +147,12 @@ fn motion_of(arguments: &LoopArguments) -> Result<(Motion, Vec<Event>), CommandE
             "--seconds: is {seconds}, expected a time above 0 s and at most {LONGEST_RUN_S} s"
         )));
     }
+    // What happens to the simulated plant does not happen to another one.
+    if arguments.foreign.plant.is_some() && !events.is_empty() {
+        return Err(inputs::bad_input(
+            "--plant: the motion file has events, which change the simulated plant only, expected a motion without",
+        ));
+    }
     Ok((motion.repeated(arguments.seconds.unwrap_or(0.0)), events))
 }
 
@@ -170,7 +176,6 @@ fn driven(
         check_rows(arguments, motion, tick_s)?;
         let course = course(arguments, motion, tick_s);
         if let Some(mut plant) = arguments.foreign.open(rig, tick_s, out)? {
-            check_events(&events)?;
             return run_course(&mut plant, drive, &course).map_err(inputs::bad_input);
         }
         let settings = PlantSettings {
@@ -277,16 +282,6 @@ fn course(arguments: &LoopArguments, motion: &Motion, tick_s: f64) -> Course {
         course.ticks = (seconds / tick_s).round() as u32;
     }
     course
-}
-
-/// What happens to the simulated plant does not happen to another one.
-fn check_events(events: &[Event]) -> Result<(), CommandError> {
-    if events.is_empty() {
-        return Ok(());
-    }
-    Err(inputs::bad_input(
-        "--plant: the motion file has events, which change the simulated plant only, expected a motion without",
-    ))
 }
 
 /// A motion beyond the stroke would only show the end stops.

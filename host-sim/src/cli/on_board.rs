@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use clap::Args;
 use firmware::experiment::Reason;
+use firmware::settings::Wiring;
 use firmware::settings::transfer::Verdict;
-use firmware::settings::{Settings, Wiring};
 
 use super::CommandError;
 use super::board_port::{BoardPort, not_done};
@@ -22,6 +22,7 @@ use crate::board::send::{Kept, SendError};
 use crate::board::words;
 use crate::experiment;
 use crate::rig::Rig;
+use crate::settings::wired;
 
 /// How often, and how many times, a board is asked again whose load still moves.
 pub(super) const LOOK_EVERY: Duration = Duration::from_millis(200);
@@ -78,11 +79,8 @@ impl OnBoard {
         out: &mut dyn Write,
     ) -> Result<(), CommandError> {
         let serial = &self.port.serial;
-        let settings = crate::settings::settings(rig);
-        let settings = Settings {
-            wiring,
-            ..settings.map_err(|error| bad_input(format!("{rig_name}: {error}")))?
-        };
+        let settings =
+            wired(rig, wiring).map_err(|error| bad_input(format!("{rig_name}: {error}")))?;
         let send = || to_board((serial, self.port.baud), &settings, kept);
         let mut sent = send()?;
         // A load that has just been let go comes to rest.

@@ -15,7 +15,7 @@ use super::{CommandError, wiring_of};
 use crate::board::image::write_into;
 use crate::board::port::{BAUD, Port};
 use crate::board::send::{Kept, SendError, send};
-use crate::settings::{settings, stays_behind};
+use crate::settings::{stays_behind, wired};
 use crate::text::file_name;
 
 /// A record that comes from here is the first: in the slots of a blank board.
@@ -73,10 +73,8 @@ pub fn run(arguments: &SettingsArguments, out: &mut dyn Write) -> Result<(), Com
     check_outputs(&[rig_path], &outputs)?;
     let rig = read_rig(rig_path)?;
     let rig_name = file_name(&rig_path.display().to_string());
-    let settings = Settings {
-        wiring: wiring_of(!arguments.wiring_checked),
-        ..settings(&rig).map_err(|error| bad_input(format!("{rig_name}: {error}")))?
-    };
+    let settings = wired(&rig, wiring_of(!arguments.wiring_checked))
+        .map_err(|error| bad_input(format!("{rig_name}: {error}")))?;
     for line in stays_behind(&rig) {
         writeln!(out, "note: {line}; it is not among the settings")?;
     }

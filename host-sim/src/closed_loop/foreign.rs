@@ -54,7 +54,10 @@ const SHOWN: [Signal; 5] = [
 ];
 
 /// The signals that a variable can stand for.
-pub const FOREIGN_SIGNALS: [&str; 6] = ["u", "x", "p_a", "p_b", "p_s", "v"];
+pub const FOREIGN_SIGNALS: [&str; 6] = {
+    let [x, a, b, supply, v] = &SHOWN;
+    [COMMAND.key, x.key, a.key, b.key, supply.key, v.key]
+};
 
 /// A variable, and the unit in which it is.
 struct Port {
@@ -241,7 +244,7 @@ fn port(
 ) -> Result<Option<Port>, AxisFault> {
     let named = told.variables.get(signal.key);
     let name = named.map_or(signal.usual, String::as_str);
-    let variable = match unit.variables().iter().find(|one| one.name == name) {
+    let variable = match unit.variable(name) {
         Some(variable) => variable.clone(),
         None if named.is_none() && !signal.is_needed => return Ok(None),
         None => {
@@ -294,8 +297,7 @@ fn measured(variable: &Variable, signal: &Signal) -> Result<Measured, String> {
 }
 
 fn parameter(unit: &Unit, name: &str) -> Result<Variable, AxisFault> {
-    let found = unit.variables().iter().find(|one| one.name == name);
-    found.cloned().ok_or_else(|| {
+    unit.variable(name).cloned().ok_or_else(|| {
         let names = unit.variables().iter().map(|one| one.name.as_str());
         let near = closest(name, names).unwrap_or_default();
         AxisFault {

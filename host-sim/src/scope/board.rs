@@ -9,11 +9,10 @@ use crate::converted;
 use crate::output::Pending;
 use crate::recording::Recording;
 use crate::rig::Rig;
-use crate::settings::settings;
+use crate::settings::{settings, wired};
 use crate::text::file_name;
 use data_files::Target;
 use firmware::link;
-use firmware::settings::Settings;
 use firmware::settings::record::encode_content;
 use firmware::status::Status;
 use firmware::telemetry::{read_tick, stream};
@@ -211,11 +210,9 @@ impl Talk {
     fn send(&self, port: &mut Port, kept: Kept) -> Result<(), Failed> {
         let refused = |why: String| Failed::Refused(why);
         let status = orders::status(port).map_err(|error| refused(error.to_string()))?;
-        let settings = Settings {
-            // Gains change nothing of it.
-            wiring: status.wiring,
-            ..settings(&self.rig).map_err(|error| refused(error.to_string()))?
-        };
+        // Gains change nothing of the wiring.
+        let settings =
+            wired(&self.rig, status.wiring).map_err(|error| refused(error.to_string()))?;
         let content = encode_content(&settings)
             .ok_or_else(|| refused("the settings are longer than any record".into()))?;
         send(port, &content, kept, |_| {}).map_err(|error| match error {
