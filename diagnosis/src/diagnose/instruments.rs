@@ -99,7 +99,7 @@ pub(crate) fn mistake(rig: &Rig, train: &[Recording]) -> Option<(String, Fault)>
         .collect();
     let begun = |mistake: &Mistake| left_in_brief(rig, &mistake.undone(tried), &before.fitted);
     let begun: Vec<f64> = mistakes.par_iter().map(begun).collect();
-    let finished: Vec<(f64, &Mistake)> = best_of_kinds(&mistakes, &begun)
+    let finished: Vec<(f64, &Mistake)> = best_of_kinds(&mistakes, &begun, before.excess)
         .into_par_iter()
         .map(|mistake| {
             let after = missed(rig, &mistake.undone(tried));
@@ -128,9 +128,10 @@ pub(crate) fn mistake(rig: &Rig, train: &[Recording]) -> Option<(String, Fault)>
 }
 
 /// Of mistakes and what a fit that was begun leaves with each, the best of each kind, the best
-/// kinds only.
-fn best_of_kinds<'m>(mistakes: &'m [Mistake], left: &[f64]) -> Vec<&'m Mistake> {
+/// kinds only; none that leaves more than the refit without any, of which it is to leave a tenth.
+fn best_of_kinds<'m>(mistakes: &'m [Mistake], left: &[f64], refit: f64) -> Vec<&'m Mistake> {
     let mut order: Vec<(f64, &Mistake)> = left.iter().copied().zip(mistakes).collect();
+    order.retain(|(left, _)| *left < refit);
     order.sort_by(|one, other| one.0.total_cmp(&other.0));
     let mut best: Vec<&Mistake> = Vec::new();
     for (_, mistake) in order {

@@ -58,6 +58,29 @@ impl<'a> Judge<'a> {
         }
     }
 
+    /// The same beside a lower baseline, with what was fitted; what effects promised was promised
+    /// beside the other.
+    pub(crate) fn beside<'b>(self, lower: &'b Fitted) -> Judge<'b>
+    where
+        'a: 'b,
+    {
+        let is_larger = |fitted: &Fitted| !fitted.set.is_empty();
+        let fitted = self.fitted.into_iter().filter(is_larger);
+        Judge {
+            fitted: std::iter::once(lower.clone()).chain(fitted).collect(),
+            ranked: self.ranked,
+            fits: self.fits,
+            ..Judge::new(self.bench, lower)
+        }
+    }
+
+    /// Whether an effect alone may have done no more than lead out of the hollow in which the
+    /// baseline had ended: beside a lower one, none leaves next to nothing.
+    pub(crate) fn is_led_out_of_a_hollow_alone(&self, singles: &[Fitted], lower: &Fitted) -> bool {
+        let left = singles.iter().map(|single| self.left(single));
+        left.fold(f64::INFINITY, f64::min) > NEXT_TO_NOTHING * self.left(lower)
+    }
+
     /// Sum over the outputs of the log of the RMS misfit; the noise is its floor,
     /// unless that was set and not declared: below it forms can be told apart, down to
     /// what a single break-away can be made to fit by.

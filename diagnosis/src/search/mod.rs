@@ -169,13 +169,21 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     progress("each effect alone");
     let singles = judge.singles();
     progress("refitting from the best effects");
-    if let Some(lower) = judge.lower_baseline(&singles) {
-        return if bench.is_worth_a_search(&lower) {
-            search(bench, &lower, progress)
-        } else {
-            Outcome::nothing(&lower)
-        };
+    let Some(lower) = judge.lower_baseline(&singles) else {
+        return search_from(judge, singles, progress);
+    };
+    if !bench.is_worth_a_search(&lower) {
+        return Outcome::nothing(&lower);
     }
+    if !judge.tells_by_prospects() || judge.is_led_out_of_a_hollow_alone(&singles, &lower) {
+        return search(bench, &lower, progress);
+    }
+    search_from(judge.beside(&lower), singles, progress)
+}
+
+/// The search from each effect alone on.
+fn search_from(mut judge: Judge<'_>, singles: Vec<Fitted>, progress: &dyn Fn(&str)) -> Outcome {
+    let baseline = judge.baseline;
     let deepest = grow(&mut judge, singles, progress);
     let start = deepest.unwrap_or_else(|| baseline.clone());
     progress("testing each effect on data that were not fitted");

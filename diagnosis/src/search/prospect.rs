@@ -56,10 +56,44 @@ pub(crate) fn promising(
     let mut order = best_first(hopes, score);
     order.truncate(PROMISING);
     let least = order.iter().map(left).fold(f64::INFINITY, f64::min);
-    let missed = model.energy_above(&bench.noise);
-    let far = (FAR_FROM_BEST * least).max(NEXT_TO_NOTHING * missed);
-    let worth_a_fit = far.min(hopeful(bench, model));
+    let worth_a_fit = far_from(least, bench, model).min(hopeful(bench, model));
     order.retain(|place| left(place) <= worth_a_fit);
+    order
+}
+
+/// The energy from which a model is far from the best, which leaves `least` of what another model
+/// misses.
+pub(crate) fn far_from(least: f64, bench: &Bench<'_>, model: &Fitted) -> f64 {
+    (FAR_FROM_BEST * least).max(NEXT_TO_NOTHING * model.energy_above(&bench.noise))
+}
+
+/// The places of sets that may stand in the place of a model, which has other effects beside `near`:
+/// the one that would leave least by `score` first. Of what a model takes nearly all of, another
+/// that does as well promises to.
+pub(crate) fn exchangeable<P: Borrow<Fitted> + Sync>(
+    bench: &Bench<'_>,
+    (model, near): (&Fitted, &Fitted),
+    sets: &[(Set, P)],
+    score: &impl Fn(&Fitted) -> f64,
+) -> Vec<usize> {
+    let prospects = Prospects::new(bench, near);
+    let hopes = prospects.hopes(sets);
+    let missed = Fitted {
+        mean_square: mean_squares(&prospects.missed),
+        ..near.clone()
+    };
+    let missed = missed.energy_above(&bench.noise);
+    let takes_all = model.energy_above(&bench.noise) < NEXT_TO_NOTHING * missed;
+    let worth_a_fit = if takes_all {
+        HOPEFUL * missed
+    } else {
+        f64::INFINITY
+    };
+    let mut order = best_first(&hopes, score);
+    order.retain(|&place| {
+        let hope = hopes[place].as_ref();
+        hope.is_some_and(|hope| hope.energy_above(&bench.noise) <= worth_a_fit)
+    });
     order
 }
 
@@ -88,15 +122,7 @@ pub(crate) fn hopes<P: Borrow<Fitted> + Sync>(
     model: &Fitted,
     sets: &[(Set, P)],
 ) -> Vec<Option<Fitted>> {
-    let prospects = Prospects::new(bench, model);
-    let hope = |(set, parent): &(Set, P)| {
-        let parent = parent.borrow();
-        Some(Fitted {
-            mean_square: prospects.left_by(set, parent)?,
-            ..parent.clone()
-        })
-    };
-    sets.par_iter().map(hope).collect()
+    Prospects::new(bench, model).hopes(sets)
 }
 
 /// A model, and what it misses beyond its own parameters.
@@ -142,6 +168,19 @@ impl<'a> Prospects<'a> {
         let refit = Refit::new(bench, model, bench.sigma(Some(model)));
         let missed = refit.left_of(&bench.recorded());
         Self { refit, missed }
+    }
+
+    /// The parent of each set with what the set would leave at the best; `None` where it makes no
+    /// change.
+    fn hopes<P: Borrow<Fitted> + Sync>(&self, sets: &[(Set, P)]) -> Vec<Option<Fitted>> {
+        let hope = |(set, parent): &(Set, P)| {
+            let parent = parent.borrow();
+            Some(Fitted {
+                mean_square: self.left_by(set, parent)?,
+                ..parent.clone()
+            })
+        };
+        sets.par_iter().map(hope).collect()
     }
 
     /// What a set changes that its parent lacks, its new effects each where their fits begin.
