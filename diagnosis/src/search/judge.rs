@@ -75,10 +75,12 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether an effect alone may have done no more than lead out of the hollow in which the
-    /// baseline had ended: beside a lower one, none leaves next to nothing.
+    /// baseline had ended: beside a lower one, none leaves next to nothing. Forces have so many
+    /// hollows that it always may.
     pub(crate) fn is_led_out_of_a_hollow_alone(&self, singles: &[Fitted], lower: &Fitted) -> bool {
         let left = singles.iter().map(|single| self.left(single));
-        left.fold(f64::INFINITY, f64::min) > NEXT_TO_NOTHING * self.left(lower)
+        let least = left.fold(f64::INFINITY, f64::min);
+        !self.tells_by_prospects() || least > NEXT_TO_NOTHING * self.left(lower)
     }
 
     /// Sum over the outputs of the log of the RMS misfit; the noise is its floor,

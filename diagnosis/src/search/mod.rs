@@ -175,7 +175,7 @@ pub fn search(bench: &Bench<'_>, baseline: &Fitted, progress: &dyn Fn(&str)) -> 
     if !bench.is_worth_a_search(&lower) {
         return Outcome::nothing(&lower);
     }
-    if !judge.tells_by_prospects() || judge.is_led_out_of_a_hollow_alone(&singles, &lower) {
+    if judge.is_led_out_of_a_hollow_alone(&singles, &lower) {
         return search(bench, &lower, progress);
     }
     search_from(judge.beside(&lower), singles, progress)

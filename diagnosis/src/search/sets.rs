@@ -67,7 +67,7 @@ impl Judge<'_> {
         best.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
         let far = self.far_from_best(&best);
         best.truncate(FINALISTS);
-        best.retain(|one| self.left(one) <= far || !self.tells_by_prospects());
+        best.retain(|one| self.left(one) <= far);
         self.fits += best.len();
         let without = |single: &&Fitted| {
             let near = self.bench.restricted(single, &[]);
@@ -219,9 +219,11 @@ impl Judge<'_> {
         (models(finalists).collect(), models(rest).collect())
     }
 
-    /// The energy from which one of several models, the best first, is far from it.
+    /// The energy from which one of several models, the best first, is far from it: without bound
+    /// where sets are not told by what they promise.
     fn far_from_best<M: Borrow<Fitted>>(&self, models: &[M]) -> f64 {
-        models.first().map_or(f64::INFINITY, |best| {
+        let best = models.first().filter(|_| self.tells_by_prospects());
+        best.map_or(f64::INFINITY, |best| {
             prospect::far_from(self.left(best.borrow()), self.bench, self.baseline)
         })
     }
