@@ -18,6 +18,7 @@
 //! | [`mod@diagnose`] | the stages in their order |
 //! | [`compare`], [`identify`] | the same estimate without a search |
 //! | [`response`] | amplitude and phase over frequency, recorded and predicted |
+//! | [`welch`] | spectra of windows of a signal |
 //!
 //! It knows rigs, recordings and laws (`grey_box`), and neither files of results nor a simulated
 //! axis: what an experiment would record is asked of a bank
@@ -40,6 +41,7 @@ pub mod thresholds;
 pub mod unlisted;
 pub mod valve_flow;
 pub mod verdict;
+pub mod welch;
 pub mod words;
 
 use grey_box::{

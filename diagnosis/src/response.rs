@@ -25,11 +25,9 @@ use crate::compare::LawComparison;
 use crate::identify::Residuals;
 use crate::laws::{Track, median_step_s};
 use crate::recording::Recording;
+use crate::welch::Windows;
 use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 use serde::Serialize;
-use std::f64::consts::TAU;
-use std::sync::Arc;
 
 /// Windows at the least: with fewer a coherence says nothing.
 const LEAST_WINDOWS: usize = 4;
@@ -157,8 +155,7 @@ fn predictions(
 #[derive(Clone)]
 struct Spectra {
     step_s: f64,
-    window: Vec<f64>,
-    fft: Arc<dyn Fft<f64>>,
+    window: Windows,
     input: Vec<f64>,
     output: Vec<f64>,
     cross: Vec<Complex<f64>>,
@@ -178,12 +175,10 @@ impl Spectra {
             ));
         }
         let rows = rows as usize;
-        let hann = |row: usize| 0.5 - 0.5 * (TAU * row as f64 / rows as f64).cos();
         let half = rows / 2 + 1;
         Ok(Self {
             step_s,
-            window: (0..rows).map(hann).collect(),
-            fft: FftPlanner::new().plan_fft_forward(rows),
+            window: Windows::new(rows),
             input: vec![0.0; half],
             output: vec![0.0; half],
             cross: vec![Complex::default(); half],
@@ -195,11 +190,9 @@ impl Spectra {
     fn add(&mut self, recording: &Recording, input: &[f64], output: &[f64]) {
         let time_s = &recording.time_s;
         let [input, output] = [input, output].map(|column| even(time_s, column, self.step_s));
-        let rows = self.window.len();
-        let mut from = 0;
-        while from + rows <= input.len() {
+        let rows = self.window.rows();
+        for from in self.window.clone().starts(input.len()) {
             self.add_window(&input[from..from + rows], &output[from..from + rows]);
-            from += rows / 2;
         }
     }
 
@@ -208,7 +201,7 @@ impl Spectra {
         if !input.iter().chain(output).all(|value| value.is_finite()) {
             return;
         }
-        let [input, output] = [input, output].map(|column| self.spectrum(column));
+        let [input, output] = [input, output].map(|column| self.window.spectrum(column));
         for (bin, (i, o)) in input.iter().zip(&output).take(self.cross.len()).enumerate() {
             self.input[bin] += i.norm_sqr();
             self.output[bin] += o.norm_sqr();
@@ -217,20 +210,10 @@ impl Spectra {
         self.windows += 1;
     }
 
-    fn spectrum(&self, column: &[f64]) -> Vec<Complex<f64>> {
-        let mean = column.iter().sum::<f64>() / column.len() as f64;
-        let weighted = column.iter().zip(&self.window);
-        let mut values: Vec<Complex<f64>> = weighted
-            .map(|(value, weight)| Complex::new((value - mean) * weight, 0.0))
-            .collect();
-        self.fft.process(&mut values);
-        values
-    }
-
     /// The response by bands. The first two bins hold what the mean and the window leave.
     fn points(&self) -> Vec<Point> {
-        let bin_hz = 1.0 / (self.step_s * self.window.len() as f64);
-        let highest = (HIGHEST_SHARE_OF_RATE * self.window.len() as f64) as usize;
+        let bin_hz = 1.0 / (self.step_s * self.window.rows() as f64);
+        let highest = (HIGHEST_SHARE_OF_RATE * self.window.rows() as f64) as usize;
         let width = (1.0 / BANDS_PER_OCTAVE).exp2();
         let mut points = Vec::new();
         let mut from = 2;
@@ -308,6 +291,7 @@ mod tests {
     use super::*;
     use crate::random::Noise;
     use std::collections::BTreeMap;
+    use std::f64::consts::TAU;
 
     /// Noise through a lag of first order, exact between rows, and noise on what is read of it.
     fn lagged(lag_s: f64, noise: f64, rows: usize) -> Recording {

@@ -145,6 +145,29 @@ fn val_a_rig_from_data_sheet_and_recording_passes_the_check() {
     assert_eq!(json["usable"], true);
 }
 
+/// Whoever has a board has no recording yet: the board makes the first one.
+#[test]
+fn val_a_rig_for_a_board_has_the_signals_that_a_board_records() {
+    let (output, path) = init(&scratch("board"), &["--board", "--position-noise-um", "9"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stdout).contains("pneuma commission --rig"),
+        "{}",
+        text(&output.stdout)
+    );
+    let rig = Rig::read(&path).unwrap();
+    host_sim::board::recorder::check_signals(&rig, &path).unwrap();
+    let named: Vec<&str> = rig.signals.iter().map(|(name, _)| name).collect();
+    assert_eq!(named.len(), 7, "{named:?}");
+    assert_eq!(rig.signals.get("x").unwrap().noise, Some(9e-6));
+    // 10 bar in 12 bits.
+    let step_pa = rig.signals.get("p_b").unwrap().resolution.unwrap();
+    assert!((step_pa - 1e6 / 4096.0).abs() < 0.1, "{step_pa}");
+    host_sim::settings::controller(&rig, 1e-3).unwrap();
+    let (output, _) = init(&scratch("both"), &["--board", "--csv", "run.csv"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
 #[test]
 fn prop_a_file_that_is_there_is_kept_and_an_input_is_no_output() {
     let folder = scratch("kept");

@@ -8,7 +8,7 @@
 use super::both_ways::BothWays;
 pub use super::free_parameter::{FreeParameter, Scope};
 use super::{LeastSquares, NormalEquations, Parameter, Presence, ResidualSums};
-use crate::laws::{InitialState, Law, Track, View};
+use crate::laws::{InitialState, Law, Sink, Track, View};
 use crate::model::Values;
 use crate::rig::Rig;
 use model_core::real::{Dual, Real};
@@ -310,12 +310,7 @@ impl LawProblem<'_> {
     }
 
     /// Predicts one recording with parameters as scalars of any kind.
-    fn run<R: Real>(
-        &self,
-        recording: usize,
-        active: &[R],
-        sink: &mut impl FnMut(usize, &[R], &[R]),
-    ) {
+    fn run<R: Real>(&self, recording: usize, active: &[R], sink: &mut dyn Sink<R>) {
         let keys = self.keys();
         let (own, initial) = active.split_at(keys.len());
         let track = &self.tracks[recording];
@@ -342,7 +337,7 @@ impl LawProblem<'_> {
         (recording, rows): (usize, Range<usize>),
         (keys, values): (&[String], &[f64]),
         start: &[f64],
-        sink: &mut impl FnMut(usize, &[f64], &[f64]),
+        sink: &mut dyn Sink<f64>,
     ) {
         let track = &self.tracks[recording];
         self.with_models(recording, keys, values, |models| {
@@ -404,7 +399,7 @@ impl LawProblem<'_> {
         track: &Track<'_>,
         rows: Range<usize>,
         start: &[R],
-        sink: &mut impl FnMut(usize, &[R], &[R]),
+        sink: &mut dyn Sink<R>,
     ) {
         if !self.law.has_states() {
             return self.run_apart(models, track, rows, sink);
@@ -424,7 +419,7 @@ impl LawProblem<'_> {
             let mut show = |row: usize, outputs: &[R], states: &[R]| {
                 let all = piece.among_all(states, count, &mut room);
                 if row > piece.rows.start || row == rows.start {
-                    sink(row, outputs, all);
+                    sink.row(row, outputs, all);
                 }
                 if row + 1 == end {
                     state.extend_from_slice(all);
@@ -447,12 +442,12 @@ impl LawProblem<'_> {
         models: &Models<'_, R>,
         track: &Track<'_>,
         rows: Range<usize>,
-        sink: &mut impl FnMut(usize, &[R], &[R]),
+        sink: &mut dyn Sink<R>,
     ) {
         match &models.without {
             Some(without) => self
                 .both_ways_of(&models.with, without, track, &rows)
-                .mixed(&without.there, |row, outputs| sink(row, outputs, &[])),
+                .mixed(&without.there, |row, outputs| sink.row(row, outputs, &[])),
             None => self.law.predict(&models.with, track, rows, &[], sink),
         }
     }

@@ -194,7 +194,7 @@ pub fn rests_s(rig: &Rig, track: &Track<'_>) -> Vec<(usize, f64)> {
     events.map(|event| (event.row, event.rest_s)).collect()
 }
 
-pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: &mut impl Sink<R>) {
+pub(super) fn predict<R: Real>(values: &Values<'_, R>, track: &Track<'_>, sink: &mut dyn Sink<R>) {
     let (Some(motion), Some(position_m), Some(pressures)) = (
         track.motion.as_ref(),
         track.signal("x"),
@@ -346,7 +346,7 @@ impl<R: Real> Driven<'_, R> {
         carriage: &Carriage<R>,
         along: &Along<R>,
         reading: &PositionReading,
-        sink: &mut impl Sink<R>,
+        sink: &mut dyn Sink<R>,
     ) {
         let (load, mass_kg) = carriage.load();
         let is_loose = load.is_some_and(|load| load.gap_m > R::ZERO);
@@ -373,7 +373,7 @@ impl<R: Real> Driven<'_, R> {
     }
 
     /// The balance over windows in which the carriage slides or creeps.
-    fn report_windows(&self, carriage: &Carriage<R>, force_n: &[R], sink: &mut impl Sink<R>) {
+    fn report_windows(&self, carriage: &Carriage<R>, force_n: &[R], sink: &mut dyn Sink<R>) {
         let (_, mass_kg) = carriage.load();
         let (track, motion, position) = (self.track, self.motion, self.position_m);
         let bump = Bump::of(track);

@@ -48,7 +48,7 @@ pub(super) fn predict<R: Real>(
     track: &Track<'_>,
     rows: Range<usize>,
     initial: &[R],
-    sink: &mut impl Sink<R>,
+    sink: &mut dyn Sink<R>,
 ) {
     let (Some(pressures), Some(x)) = (PressureReading::new(values, track), track.signal("x"))
     else {

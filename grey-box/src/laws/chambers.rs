@@ -293,7 +293,7 @@ pub(super) fn predict<R: Real>(
     track: &Track<'_>,
     rows: Range<usize>,
     initial: &[R],
-    sink: &mut impl Sink<R>,
+    sink: &mut dyn Sink<R>,
 ) {
     let Some(mut pneumatics) = values.pneumatics() else {
         return;

@@ -203,7 +203,7 @@ impl Law {
         track: &Track<'_>,
         rows: Range<usize>,
         initial: &[R],
-        sink: &mut impl Sink<R>,
+        sink: &mut dyn Sink<R>,
     ) {
         match self {
             Self::Chambers => chambers::predict(values, track, rows, initial, sink),

@@ -36,7 +36,7 @@ pub(super) fn predict<R: Real>(
     values: &Values<'_, R>,
     track: &Track<'_>,
     rows: Range<usize>,
-    sink: &mut impl Sink<R>,
+    sink: &mut dyn Sink<R>,
 ) {
     let Some(command) = track.signal("u") else {
         return;

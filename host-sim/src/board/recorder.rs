@@ -62,6 +62,22 @@ const CHANNELS: &[Channel] = &[
     Channel { signal: "", name: "observer_disturbance_N", value: |row| f64::from(row.estimate[3]) },
 ];
 
+/// The signals that a board records: name, the column that it goes to where a rig names no other, and
+/// that column's unit.
+pub fn recorded_signals() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
+    let signals = CHANNELS.iter().filter(|channel| !channel.signal.is_empty());
+    signals.map(|channel| {
+        let unit = match channel.signal {
+            "t" => "s",
+            "u" => "V",
+            "x" => "m",
+            "v" => "m/s",
+            _ => "Pa(abs)",
+        };
+        (channel.signal, channel.name, unit)
+    })
+}
+
 /// What did not become a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Losses {

@@ -28,9 +28,8 @@ use diagnosis::finding::{BreakAway, Finding, Model};
 use diagnosis::identify::{Residuals, rms};
 use diagnosis::unlisted::unknown_term::{self, Stand};
 use diagnosis::verdict::{Effect, Estimate, Fit, FitFigures, Kind, Verdict, WouldShow};
+use diagnosis::welch::Windows;
 use diagnosis::words;
-use rustfft::FftPlanner;
-use rustfft::num_complex::Complex;
 use std::collections::BTreeMap;
 
 /// Bins of a histogram of residuals.
@@ -747,23 +746,13 @@ fn amplitude_density(values: &[f64], step_s: f64) -> Vec<(f64, f64)> {
     if length < 16 {
         return Vec::new();
     }
-    let transform = FftPlanner::new().plan_fft_forward(length);
-    let window: Vec<f64> = (0..length)
-        .map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / length as f64).cos())
-        .collect();
-    let power: f64 = window.iter().map(|w| w * w).sum();
+    let windows = Windows::new(length);
+    let power = windows.power();
     let mut density = vec![0.0; length / 2];
     let mut segments = 0.0;
-    for start in (0..=values.len() - length).step_by((length / 2).max(1)) {
-        let piece = &values[start..start + length];
-        let mean = piece.iter().sum::<f64>() / length as f64;
-        let mut buffer: Vec<Complex<f64>> = piece
-            .iter()
-            .zip(&window)
-            .map(|(value, w)| Complex::new((value - mean) * w, 0.0))
-            .collect();
-        transform.process(&mut buffer);
-        for (slot, bin) in density.iter_mut().zip(&buffer) {
+    for start in windows.starts(values.len()) {
+        let spectrum = windows.spectrum(&values[start..start + length]);
+        for (slot, bin) in density.iter_mut().zip(&spectrum) {
             *slot += 2.0 * bin.norm_sqr() * step_s / power;
         }
         segments += 1.0;

@@ -13,7 +13,7 @@ use super::outputs::{check_outputs, write_text};
 use crate::check::Check;
 use crate::init::{
     Columns, DataSheet, Guess, PositionSensor, SignalLine, TYPICAL_B, measured, nominal_flow_of,
-    valve_by_type, valve_types,
+    of_a_board, valve_by_type, valve_types,
 };
 use crate::rig::{Rig, STANDARD_PRESSURE_PA};
 
@@ -98,6 +98,9 @@ pub struct InitArguments {
     /// A recording: its columns are guessed from their names and values.
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// The axis has a controller board, which records it (`pneuma board run`, `pneuma commission`).
+    #[arg(long, conflicts_with_all = ["csv", "column"])]
+    pub board: bool,
     /// The column of a signal, in place of the guess; `SIGNAL=` leaves the signal out.
     #[arg(long, value_name = "SIGNAL=HEADER:UNIT")]
     pub column: Vec<String>,
@@ -133,6 +136,7 @@ pub fn run(arguments: &InitArguments, out: &mut dyn Write) -> Result<(), Command
     let mut sheet = data_sheet(&completed)?;
     let signals = match &completed.csv {
         Some(_) => signals(&completed, &mut sheet, asks, out)?,
+        None if completed.board => of_a_board(position_sensor(&completed)),
         None => Vec::new(),
     };
     let text = sheet.rig_file(&signals);
@@ -142,20 +146,28 @@ pub fn run(arguments: &InitArguments, out: &mut dyn Write) -> Result<(), Command
         return Err(bad_input(format!("the answers make no rig: {fault}")));
     }
     write_text(&completed.out, &text)?;
-    summarise(&name, &rig, completed.csv.is_some(), out)
+    summarise(&name, &rig, &completed, out)
 }
 
 fn summarise(
     name: &str,
     rig: &Rig,
-    has_columns: bool,
+    arguments: &InitArguments,
     out: &mut dyn Write,
 ) -> Result<(), CommandError> {
     writeln!(
         out,
         "{name} written; typical values are marked as typical, measure them where you can"
     )?;
-    if !has_columns {
+    if arguments.board {
+        let next = "pneuma doctor, then pneuma commission";
+        writeln!(
+            out,
+            "next: {next} --rig {name} --serial PORT --folder FOLDER, which measures them with the board"
+        )?;
+        return Ok(());
+    }
+    if arguments.csv.is_none() {
         writeln!(out, "next: name the columns of a recording under [signals]")?;
         return Ok(());
     }
@@ -302,12 +314,16 @@ fn signals(
     }
     confirm(arguments, &mut columns, asks, out)?;
     columns.complete(sheet);
+    let sensor = position_sensor(arguments);
+    measured(path, &columns.guesses, sensor).map_err(bad_input)
+}
+
+fn position_sensor(arguments: &InitArguments) -> PositionSensor {
     let metres = |micrometres: Option<f64>| micrometres.map(|value| 1e-6 * value);
-    let sensor = PositionSensor {
+    PositionSensor {
         noise_m: metres(arguments.position_noise_um),
         resolution_m: metres(arguments.position_resolution_um),
-    };
-    measured(path, &columns.guesses, sensor).map_err(bad_input)
+    }
 }
 
 /// `SIGNAL=HEADER:UNIT`; `SIGNAL=` for a signal that is not recorded.
@@ -410,7 +426,7 @@ fn ask_missing(
             arguments.supply_bar_gauge = Some(pressure);
         }
     }
-    if arguments.csv.is_none() {
+    if arguments.csv.is_none() && !arguments.board {
         let path: String = ask(
             out,
             "A recording (CSV), Enter for none",

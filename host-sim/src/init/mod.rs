@@ -16,6 +16,8 @@ use std::path::Path;
 pub use columns::Guess;
 pub use sheet::{DataSheet, SignalLine};
 
+use crate::board::recorder::recorded_signals;
+use crate::plant::usual_noise_and_step;
 use crate::recording::Recording;
 use crate::rig::{Rig, nominal_flow_of_conductance};
 use columns::{Preview, Scale};
@@ -86,6 +88,29 @@ impl Columns {
             }
         }
     }
+}
+
+/// The signals of a controller board, as `pneuma board run` records them: typical noise, and the
+/// resolution of the board's converters.
+pub fn of_a_board(sensor: PositionSensor) -> Vec<SignalLine> {
+    let line = |(signal, column, unit): (&str, &str, &str)| {
+        let usual = usual_noise_and_step(signal);
+        let stated =
+            |of: fn(&PositionSensor) -> Option<f64>| (signal == "x").then(|| of(&sensor)).flatten();
+        let noise = stated(|sensor| sensor.noise_m).map(|noise| (noise, "as stated"));
+        let resolution = stated(|sensor| sensor.resolution_m);
+        SignalLine {
+            guess: Guess {
+                signal: signal.into(),
+                column: column.into(),
+                unit: unit.into(),
+                why: "recorded by the board".into(),
+            },
+            noise: noise.or(usual.map(|[noise, _]| (noise, "typical"))),
+            resolution: resolution.or(usual.map(|[_, step]| step)),
+        }
+    };
+    recorded_signals().map(line).collect()
 }
 
 /// What the data sheet of a position sensor states, m.

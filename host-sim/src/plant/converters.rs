@@ -24,6 +24,20 @@ const VELOCITY_NOISE_M_PER_S: f64 = 1.5e-3;
 const STEP_16_BIT: f64 = 1.0;
 const STEP_12_BIT: f64 = 16.0;
 
+/// Noise of a sensor at a board, where nobody states it, and the step of its converter, SI; none for
+/// what no converter measures.
+pub fn usual_noise_and_step(signal: &str) -> Option<[f64; 2]> {
+    let step = |scale: &Scale, codes: f64| {
+        codes * (f64::from(scale.highest) - f64::from(scale.lowest)) / f64::from(u16::MAX)
+    };
+    match signal {
+        "p_a" | "p_b" | "p_s" => Some([PRESSURE_NOISE_PA, step(&PRESSURE_PA, STEP_12_BIT)]),
+        "x" => Some([POSITION_NOISE_M, step(&POSITION_M, STEP_16_BIT)]),
+        "v" => Some([VELOCITY_NOISE_M_PER_S, step(&VELOCITY_M_PER_S, STEP_16_BIT)]),
+        _ => None,
+    }
+}
+
 /// What the codes say, SI, in double precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {

@@ -25,7 +25,7 @@ mod converters;
 mod event;
 mod world;
 
-pub use converters::{Seen, coded, command_code, seen, valve_v};
+pub use converters::{Seen, coded, command_code, seen, usual_noise_and_step, valve_v};
 pub use event::{Change, Event};
 pub use world::{Sample, World};
 pub(crate) use world::{axis, equilibrium_pa, supply_pressure_pa};

@@ -52,7 +52,7 @@ impl<const N: usize> Dual<N> {
     #[inline]
     fn combine(self, other: Self, value: f64, a: f64, b: f64) -> Self {
         let mut gradient = self.gradient;
-        for (mine, theirs) in gradient.iter_mut().zip(other.gradient) {
+        for (mine, theirs) in gradient.iter_mut().zip(&other.gradient) {
             *mine = a * *mine + b * theirs;
         }
         Self { value, gradient }
