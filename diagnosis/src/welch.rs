@@ -59,7 +59,7 @@ mod tests {
     fn val_a_sine_stands_in_its_bin() {
         let windows = Windows::new(60);
         let sine: Vec<f64> = (0..120)
-            .map(|row| 5.0 + (TAU * 3.0 * row as f64 / 60.0).sin())
+            .map(|row| 5.0 + (TAU * 3.0 * f64::from(row) / 60.0).sin())
             .collect();
         let starts: Vec<usize> = windows.starts(sine.len()).collect();
         assert_eq!(starts, [0, 30, 60]);

@@ -114,20 +114,20 @@ fn val_a_way_that_was_left_is_gone_on_with() {
     let (outcome, said) = way.until(Some(Step::Settings));
     outcome.unwrap();
     assert!(
-        said.contains("1 of 9, board") && said.contains("2 of 9, settings"),
+        said.contains("1 of 11, board") && said.contains("2 of 11, settings"),
         "{said}"
     );
     let (outcome, said) = way.until(Some(Step::Wiring));
     outcome.unwrap();
     assert!(
-        said.contains("3 of 9, wiring") && !said.contains("2 of 9"),
+        said.contains("3 of 11, wiring") && !said.contains("2 of 11"),
         "{said}"
     );
     assert!(said.contains("load swings 1.0 mm"), "{said}");
     way.arguments.from = Some(Step::Board);
     let (outcome, said) = way.until(Some(Step::Board));
     outcome.unwrap();
-    assert!(said.contains("1 of 9, board"), "{said}");
+    assert!(said.contains("1 of 11, board"), "{said}");
 }
 
 /// A tube of 1.5 m, another null and another friction than the rig file's: found on the way, and the

@@ -10,18 +10,21 @@
 //! The noise of the pressure is averaged, and nothing is smeared: the areas are averaged over the
 //! same window.
 
-use super::Alignment;
+use super::{Alignment, Way};
 use crate::gauge::Gauge;
 use crate::laws::{Motion, Track, median_step_s, white_noise};
 use crate::model::{Side, Values};
 use model_core::chamber::Chamber;
 use model_core::valve::{FlowLaw, GasState};
+use std::borrow::Cow;
 
 /// Half the width of a window, s: long against the noise (0.3 kPa at 1 kHz leaves 15 kPa/s of some
 /// 2000 kPa/s), short against a stroke.
 const HALF_WINDOW_S: f64 = 0.01;
 /// No lag that is searched is longer: so much of both ends of a recording is left out, s.
 pub(super) const MARGIN_S: f64 = 0.06;
+/// Damping ratio of a spool: 0.6 to 0.9 by data sheets.
+const SPOOL_DAMPING: f64 = 0.7;
 /// Part of a window's flow by which the balance itself is off: heat, volume, motion.
 const BALANCE_ERROR: f64 = 0.05;
 /// Temperatures that the gas of a chamber keeps to, K.
@@ -329,7 +332,11 @@ impl ChamberRows {
         let rows = self.time_s.len();
         let step_s = median_step_s(&self.time_s);
         let half = ((HALF_WINDOW_S / step_s).round() as usize).max(2);
-        let earlier = at.lag_s / step_s;
+        let command_v = self.felt_command_v(at, step_s);
+        let earlier = match at.way {
+            Way::Delayed => at.lag_s / step_s,
+            Way::Followed => 0.0,
+        };
         // The same windows whatever the lag, so that what they are off by can be compared.
         let margin = (MARGIN_S / step_s).ceil() as usize + half + 1;
         (margin..rows.saturating_sub(margin))
@@ -338,7 +345,8 @@ impl ChamberRows {
                 let first = centre - half;
                 let is_even =
                     self.time_s[centre + half] - self.time_s[first] < 2.5 * half as f64 * step_s;
-                is_even.then(|| self.window(centre, half, step_s, at, earlier))
+                let command = (command_v.as_ref(), at.null_v, earlier);
+                is_even.then(|| self.window(centre, half, step_s, command))
             })
             .collect()
     }
@@ -348,8 +356,7 @@ impl ChamberRows {
         centre: usize,
         half: usize,
         step_s: f64,
-        at: Alignment,
-        earlier: f64,
+        (command_v, null_v, earlier): (&[f64], f64, f64),
     ) -> Window {
         let mut window = Window {
             wanted: 0.0,
@@ -371,7 +378,7 @@ impl ChamberRows {
             window.wanted += stored * self.stroke_m3[row] + weight * self.work_and_heat[row];
             window.per_dead_volume += stored;
             window.per_leak += weight * self.per_area[2][row];
-            let opening_v = self.opening_v(row as f64 - earlier, at.null_v);
+            let opening_v = self.opening_v(at_row(command_v, row as f64 - earlier), null_v);
             window.paths.push((
                 opening_v,
                 weight * self.per_area[0][row],
@@ -386,9 +393,29 @@ impl ChamberRows {
         window
     }
 
-    /// Opening towards the supply at a row that may lie between two, V.
-    fn opening_v(&self, row: f64, null_v: f64) -> f64 {
-        let command_v = at_row(&self.command_v, row);
+    /// The command as a spool that lags by so much has followed it, V.
+    fn felt_command_v(&self, at: Alignment, step_s: f64) -> Cow<'_, [f64]> {
+        let rate_per_s = 2.0 * SPOOL_DAMPING / at.lag_s;
+        let per_step = rate_per_s * step_s;
+        // A spool that follows within a row or two is one that follows at once.
+        if at.way == Way::Delayed || per_step.is_nan() || per_step > 1.0 {
+            return Cow::Borrowed(&self.command_v);
+        }
+        let mut place_v = self.command_v.first().copied().unwrap_or_default();
+        let mut change_v = 0.0;
+        let followed = self.command_v.iter().map(|command_v| {
+            let here_v = place_v;
+            // Semi-implicit steps, in units of a row.
+            change_v +=
+                per_step * (per_step * (command_v - place_v) - 2.0 * SPOOL_DAMPING * change_v);
+            place_v += change_v;
+            here_v
+        });
+        Cow::Owned(followed.collect())
+    }
+
+    /// Opening towards the supply at a command, V.
+    fn opening_v(&self, command_v: f64, null_v: f64) -> f64 {
         if self.feeds_above_null {
             command_v - null_v
         } else {

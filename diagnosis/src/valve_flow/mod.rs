@@ -40,7 +40,7 @@ use crate::rig::Rig;
 /// How far the null is searched about the rig's, V: beyond what a data sheet is off by.
 const NULL_SEARCH_V: f64 = 0.4;
 /// The longest lag from command to opening that is searched, s.
-const LONGEST_LAG_S: f64 = 0.02;
+const LONGEST_LAG_S: f64 = 0.03;
 /// Null and lag are found in turns.
 const TURNS: usize = 2;
 /// Both searches end at this part of their range.
@@ -90,6 +90,16 @@ pub struct Point {
 struct Alignment {
     null_v: f64,
     lag_s: f64,
+    way: Way,
+}
+
+/// How the opening is later than the command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// All of it by the same time, as behind a tube.
+    Delayed,
+    /// As a spool of second order follows: what is short is also smaller.
+    Followed,
 }
 
 /// Measures the valve.
@@ -98,10 +108,17 @@ struct Alignment {
 /// One line where rig or recordings lack what the balance needs.
 pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<ValveFlow, String> {
     let mut search = Search::of(rig, tracks)?;
-    search.align();
+    search.align_either_way();
     let (_, areas) = search.areas(COARSE_V);
     search.axis = search.axis.with_dead_volumes(areas.dead_volume_m3);
     search.align();
+    let off_v = (search.at.null_v - search.null_v).abs();
+    if off_v > NULL_SEARCH_V * (1.0 - 2.0 * SEARCH_TOLERANCE) {
+        return Err(format!(
+            "no null within {NULL_SEARCH_V} V of the rig's {} V explains the flows",
+            search.null_v
+        ));
+    }
     let (grid, areas) = search.areas(FINE_V);
     Ok(points::measured(
         &grid,
@@ -118,6 +135,8 @@ struct Search<'a> {
     /// The rig's null, V.
     null_v: f64,
     slope_m2_v: f64,
+    /// The rig's critical pressure ratio.
+    stated_ratio: f64,
     at: Alignment,
 }
 
@@ -132,6 +151,7 @@ impl<'a> Search<'a> {
         let recorded = tracks.iter().map(|track| axis.recorded(&values, track));
         let recorded: Vec<[Recorded<'_>; 2]> = recorded.collect::<Result<_, String>>()?;
         Ok(Self {
+            stated_ratio: axis.critical_pressure_ratio(),
             axis,
             recorded: recorded.into_iter().flatten().collect(),
             null_v: valve.null_v,
@@ -139,6 +159,7 @@ impl<'a> Search<'a> {
             at: Alignment {
                 null_v: valve.null_v,
                 lag_s: 0.0,
+                way: Way::Delayed,
             },
         })
     }
@@ -157,6 +178,26 @@ impl<'a> Search<'a> {
             .map(|one| one.widest_v(self.null_v))
             .fold(0.0, f64::max);
         Grid::up_to(widest_v, finest_v, self.slope_m2_v)
+    }
+
+    /// [`align`](Self::align) the way that explains more.
+    fn align_either_way(&mut self) {
+        let begun = (self.axis.clone(), self.at);
+        let tried = [Way::Delayed, Way::Followed].map(|way| {
+            (self.axis, self.at) = (begun.0.clone(), Alignment { way, ..begun.1 });
+            self.align();
+            let rows = self.rows(&self.axis, 0.0);
+            let grid = self.grid(&rows, COARSE_V);
+            let problem = Problem::new(&grid, self.axis.dead_volumes_m3(), &rows, self.at);
+            (problem.misfit(), self.axis.clone(), self.at)
+        });
+        let [delayed, followed] = tried;
+        let better = if followed.0 < delayed.0 {
+            followed
+        } else {
+            delayed
+        };
+        (self.axis, self.at) = (better.1, better.2);
     }
 
     /// Lag, null and critical pressure ratio of the least misfit.
@@ -179,7 +220,15 @@ impl<'a> Search<'a> {
         let at = self.at;
         let with_ratio = |ratio: f64| self.axis.clone().with_critical_pressure_ratio(ratio);
         let of_ratio = |ratio: f64| misfit(&self.rows(&with_ratio(ratio), 0.0), at);
-        self.axis = with_ratio(least_within(CRITICAL_RATIOS, SEARCH_TOLERANCE, of_ratio));
+        let ratio = least_within(CRITICAL_RATIOS, SEARCH_TOLERANCE, of_ratio);
+        // At its bound the search has found none: the rig's own is as good.
+        let (least, most) = CRITICAL_RATIOS;
+        let bound = 2.0 * SEARCH_TOLERANCE * (most - least);
+        self.axis = with_ratio(if ratio < least + bound || ratio > most - bound {
+            self.stated_ratio
+        } else {
+            ratio
+        });
     }
 
     fn areas(&self, finest_v: f64) -> (Grid, Areas) {

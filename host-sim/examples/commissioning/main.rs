@@ -12,6 +12,8 @@
 mod wires;
 
 use firmware::settings::Wiring;
+use host_sim::board::orders;
+use host_sim::board::port::Port;
 use host_sim::board::twin::Twin;
 use host_sim::cli::board_port::BoardPort;
 use host_sim::cli::commission::{CommissionArguments, run};
@@ -104,7 +106,17 @@ impl Way {
         let wrong = run(&arguments, &mut said).map_err(|error| error.to_string());
         let wrong_said = wrong.err().unwrap_or_else(|| "nothing".into());
         let went_mm = 1e3 * looked.lock().unwrap().went_m;
+        let kept = folder.join("wrong");
+        std::fs::create_dir_all(&kept).unwrap();
+        for name in ["wiring-pulses.csv", "wiring-swing.csv"] {
+            // There is none where the check ended before it.
+            let _ = std::fs::rename(folder.join(name), kept.join(name));
+        }
         looked.lock().unwrap().wires = Wires::RIGHT;
+        // A sensor that is exchanged under power jumps: fault 4.
+        let mut port = Port::open(&arguments.board.port.serial, 0).unwrap();
+        orders::acknowledge(&mut port).unwrap();
+        drop(port);
         arguments.until = until;
         let outcome = run(&arguments, &mut said).map_err(|error| error.to_string());
         let said = String::from_utf8(said).unwrap();

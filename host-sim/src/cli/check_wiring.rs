@@ -117,7 +117,7 @@ fn unclear(ended: Option<Ended>) -> CommandError {
 }
 
 /// Where the load is, once it stands.
-fn stands_at_m(board: &OnBoard) -> Result<f64, CommandError> {
+pub(super) fn stands_at_m(board: &OnBoard) -> Result<f64, CommandError> {
     let mut before_m = board.asked(orders::position_m)?;
     for _ in 0..LOOKS_FOR_REST {
         std::thread::sleep(LOOK_EVERY);

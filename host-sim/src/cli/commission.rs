@@ -8,9 +8,9 @@ use clap::Args;
 use firmware::settings::Wiring;
 use serde_json::Value;
 
-use super::check_wiring::check;
+use super::check_wiring::{check, stands_at_m};
 use super::diagnose::{self, DiagnoseArguments};
-use super::inputs::{bad_input, bare_name, provenance, read_rig};
+use super::inputs::{bad_input, bare_name, provenance, read_rig, rig_fault};
 use super::on_board::{OnBoard, announce, note};
 use super::outputs::{write_json, write_page, write_text};
 use super::{CommandError, typed};
@@ -21,6 +21,7 @@ use crate::commission::programs;
 use crate::commission::score::Run;
 use crate::commission::sheet::{Runs, sheet};
 use crate::commission::steps::{Progress, Step};
+use crate::model::AxisFault;
 use crate::recording::Recording;
 use crate::rig::Rig;
 
@@ -29,8 +30,12 @@ const PROGRESS: &str = "commission.json";
 /// The recordings to learn from, and the one to judge by.
 const RECORDINGS: [&str; 3] = ["train-1", "train-2", "held-out"];
 
-/// A recording that ended early is used if it is so long, s.
+/// Those of the exploration; the last one judges.
+const EXPLORED: [&str; 4] = ["explore-1", "explore-2", "explore-3", "explore-4"];
+
+/// A recording that ended early is used if it is so long, s: one of the loop, one of pulses.
 const LEAST_S: f64 = 5.0;
+const LEAST_PULSES_S: f64 = 1.5;
 
 /// Bring a board into service: settings, wiring, score, recordings, diagnosis,
 /// improved settings, score, acceptance sheet.
@@ -120,11 +125,12 @@ impl Way<'_> {
         match step {
             Step::Board => self.board(),
             // As of an unchecked axis: nothing can move far.
-            Step::Settings => self.be_careful(Wiring::Unchecked),
+            Step::Settings => self.be_careful(&self.arguments.board.rig.clone(), Wiring::Unchecked),
             Step::Wiring => self.wiring(),
             // An axis that is not as the rig file says may not be scored yet: that is why it is diagnosed.
             Step::ScoreBefore => {
                 let rig = self.arguments.board.rig.display().to_string();
+                self.go_home()?;
                 self.send(&rig, Wiring::Checked, Kept::UntilStart)?;
                 let ended = self.experiment("before", programs::score(self.rig))?;
                 self.progress.before = match ended {
@@ -134,12 +140,15 @@ impl Way<'_> {
                 Ok(())
             }
             Step::Recordings => self.recordings(),
+            Step::Exploration => self.exploration(),
+            Step::FirstModel => self.first_model(),
             Step::Diagnosis => self.diagnosis(),
             Step::ImprovedSettings => {
                 let improved = self.file("improved.toml");
                 self.send(&improved, Wiring::Checked, Kept::Stored)
             }
             Step::ScoreAfter => {
+                self.go_home()?;
                 let ended = self.experiment("after", programs::score(self.rig))?;
                 if let Some(why) = ended {
                     return Err(bad_input(why));
@@ -190,9 +199,9 @@ impl Way<'_> {
 
     /// The loop is slower meanwhile: it is to stay quiet about an axis of which the settings do not
     /// know all.
-    fn be_careful(&mut self, wiring: Wiring) -> Result<(), CommandError> {
+    fn be_careful(&mut self, rig: &Path, wiring: Wiring) -> Result<(), CommandError> {
         let careful = self.path("careful.toml");
-        let text = Rig::edited_file(&self.arguments.board.rig, &programs::careful(self.rig));
+        let text = Rig::edited_file(rig, &programs::careful(&read_rig(rig)?));
         write_text(&careful, &text.map_err(bad_input)?)?;
         self.send(&careful.display().to_string(), wiring, Kept::UntilStart)
     }
@@ -212,52 +221,134 @@ impl Way<'_> {
         Ok(ended.map(|ended| ended.why))
     }
 
+    /// Pulses from about the middle. A run that leaves the places of its envelope has shown something too.
+    fn exploration(&mut self) -> Result<(), CommandError> {
+        self.be_careful(&self.arguments.board.rig.clone(), Wiring::Checked)?;
+        for (number, name) in EXPLORED.into_iter().enumerate() {
+            self.go_home()?;
+            let program =
+                programs::exploration(self.rig, number).map_err(|fault| self.no_axis(fault))?;
+            if let Some(why) = self.experiment(name, program)? {
+                self.use_until_then(name, &why, LEAST_PULSES_S)?;
+            }
+        }
+        // One to learn from, one to judge by.
+        if self.used(&EXPLORED).len() < 2 {
+            let why =
+                "the pulses showed too little: none or one of their recordings is long enough";
+            return Err(bad_input(why));
+        }
+        Ok(())
+    }
+
+    /// To the middle of the stroke, if the load is not near it.
+    fn go_home(&mut self) -> Result<(), CommandError> {
+        let position_m = stands_at_m(&self.arguments.board)?;
+        let program =
+            programs::homeward(self.rig, position_m).map_err(|fault| self.no_axis(fault))?;
+        if program.is_some() {
+            // It ends where it leaves its envelope, in the middle.
+            self.experiment("homeward", program)?;
+        }
+        Ok(())
+    }
+
+    fn no_axis(&self, fault: AxisFault) -> CommandError {
+        rig_fault(&self.arguments.board.rig, fault)
+    }
+
+    /// A recording that ended early is used if it is long enough, else it is left out.
+    fn use_until_then(&mut self, name: &str, why: &str, least_s: f64) -> Result<(), CommandError> {
+        let path = self.path(&format!("{name}.csv"));
+        let recording = Recording::read(&path, &self.rig.signals).map_err(bad_input)?;
+        let seconds = recording.duration_s();
+        if seconds < least_s {
+            fs::remove_file(path)?;
+            return self.noted(&format!(
+                "{why}; {seconds:.1} s are too little and are left out"
+            ));
+        }
+        self.noted(&format!("{why}; the {seconds:.1} s until then are used"))
+    }
+
+    /// Those of these recordings that there are.
+    fn used<'n>(&self, names: &[&'n str]) -> Vec<&'n str> {
+        let is_there = |name: &&&str| self.path(&format!("{name}.csv")).exists();
+        names.iter().filter(is_there).copied().collect()
+    }
+
+    /// The rig by the pulses.
+    fn first_model(&mut self) -> Result<(), CommandError> {
+        let used = self.used(&EXPLORED);
+        let Some((judge, train)) = used.split_last() else {
+            return Err(bad_input(
+                "no recording of the exploration is there: --from exploration",
+            ));
+        };
+        self.diagnose(train, &[judge], "first")?;
+        Ok(())
+    }
+
     /// A run that ends early has shown something too, if it lasted.
     fn recordings(&mut self) -> Result<(), CommandError> {
-        self.be_careful(Wiring::Checked)?;
+        let first = self.path("first.toml");
+        self.be_careful(&first, Wiring::Checked)?;
         for (number, name) in RECORDINGS.into_iter().enumerate() {
+            self.go_home()?;
             if let Some(why) = self.experiment(name, programs::varied(self.rig, number))? {
-                let path = self.path(&format!("{name}.csv"));
-                let recording = Recording::read(&path, &self.rig.signals).map_err(bad_input)?;
-                let seconds = recording.duration_s();
-                if seconds < LEAST_S {
-                    return Err(bad_input(why));
-                }
-                self.noted(&format!("{why}; the {seconds:.1} s until then are used"))?;
+                self.use_until_then(name, &why, LEAST_S)?;
                 // A loop that swung was made slower; with new settings it begins anew.
-                self.be_careful(Wiring::Checked)?;
+                self.be_careful(&first, Wiring::Checked)?;
             }
         }
         Ok(())
     }
 
     fn diagnosis(&mut self) -> Result<(), CommandError> {
+        let train = self.used(&[&EXPLORED[..2], &RECORDINGS[..2]].concat());
+        let held_out = self.used(&[&EXPLORED[2..], &RECORDINGS[2..]].concat());
+        let verdict = self.diagnose(&train, &held_out, "improved")?;
+        self.progress.verdict = verdict["sentence"].as_str().map(str::to_owned);
+        Ok(())
+    }
+
+    /// A diagnosis of these recordings; its files have the name of the improved rig.
+    fn diagnose(
+        &mut self,
+        train: &[&str],
+        held_out: &[&str],
+        improved: &str,
+    ) -> Result<Value, CommandError> {
         let rig = self.arguments.board.rig.display().to_string();
-        let [train_1, train_2, held_out] = RECORDINGS.map(|name| self.file(&format!("{name}.csv")));
+        let files = |names: &[&str]| -> Vec<String> {
+            names
+                .iter()
+                .map(|name| self.file(&format!("{name}.csv")))
+                .collect()
+        };
+        let (train, held_out) = (files(train), files(held_out));
+        let [report, json] = match improved {
+            "improved" => ["diagnosis.html".to_owned(), "verdict.json".to_owned()],
+            name => [format!("{name}.html"), format!("{name}.json")],
+        };
         let [improved, report, json] =
-            ["improved.toml", "diagnosis.html", "verdict.json"].map(|name| self.file(name));
-        let words = [
-            "diagnose",
-            "--rig",
-            &rig,
-            "--train",
-            &train_1,
-            &train_2,
-            "--held-out",
-            &held_out,
+            [format!("{improved}.toml"), report, json].map(|name| self.file(&name));
+        let mut words = vec!["diagnose", "--rig", &rig, "--train"];
+        words.extend(train.iter().map(String::as_str));
+        words.push("--held-out");
+        words.extend(held_out.iter().map(String::as_str));
+        words.extend([
             "--improved-rig",
             &improved,
             "--report",
             &report,
             "--json",
             &json,
-        ];
+        ]);
         announce(&words, self.out)?;
         diagnose::run(&typed::<DiagnoseArguments>(&words)?, self.out)?;
         let text = fs::read_to_string(&json)?;
-        let verdict: Value = serde_json::from_str(&text).map_err(bad_input)?;
-        self.progress.verdict = verdict["sentence"].as_str().map(str::to_owned);
-        Ok(())
+        serde_json::from_str(&text).map_err(bad_input)
     }
 
     fn scored(&mut self, name: &str) -> Result<Run, CommandError> {

@@ -1,6 +1,8 @@
 //! The experiments of a commissioning, for an axis of any stroke.
 
-use crate::experiment::{FASTEST_M_PER_S, envelope_text, step_text};
+use crate::closed_loop::controller;
+use crate::experiment::{envelope_text, step_text};
+use crate::model::AxisFault;
 use crate::rig::Rig;
 use crate::scenario::stroke_range_m;
 use model_core::controller::Gains;
@@ -17,8 +19,24 @@ pub const MOVE_S: f64 = 2.5;
 pub const SWING_HZ: f64 = 0.5;
 /// Periods of it.
 const PERIODS: u32 = 4;
-/// Heights of the pulses of the recordings, V: a small one, one of usual motions, a large one.
-const PULSES_V: [f64; 3] = [1.2, 0.8, 1.6];
+/// What a shut valve lets a load of the speed below go on, m, and the part of a shorter stroke: left free before
+/// both ends. On the paper's axis a load of 1 m/s goes on for 68 mm (`host-sim/tests/experiments.rs`).
+const COASTING_M: f64 = 0.1;
+const COASTING_PART: f64 = 0.2;
+/// What a load may move off the way to the middle before it moves along it, m.
+const AWAY_M: f64 = 0.01;
+/// No motion of the way is faster, m/s.
+const FASTEST_M_PER_S: f64 = 1.2;
+/// Openings of the exploration beyond the overlap, V: small ones, which a null that is off by a tenth of a volt turns
+/// into less of a drift, and a larger one for an axis with more friction.
+const BEYOND_V: [f64; 4] = [0.4, 0.7, 0.5, 0.5];
+/// Shortest and longest pulse of an exploration, s.
+const PULSE_S: [f64; 2] = [0.03, 0.09];
+/// The opening beyond the overlap that brings the load to the middle, V, and the longest that it may take, s.
+const HOMEWARD_V: f64 = 0.5;
+const HOMEWARD_S: f64 = 4.0;
+/// A load within this part of the free stroke from its middle may be explored from there.
+const NEAR_PART: f64 = 0.25;
 
 /// Moves and a sine, whose errors are the score.
 pub fn score(rig: &Rig) -> Option<String> {
@@ -58,21 +76,82 @@ pub fn careful(rig: &Rig) -> Rig {
     careful
 }
 
-/// Varied motion, for the diagnosis: number 0, 1 or 2. The loop never has to hold the load for
-/// long: about an axis that is not as its settings say it may swing there, and that is what the
-/// recordings are to show the reason of.
+/// Brings a load that stands elsewhere to the middle, by an opening of the valve that ends there: no loop is
+/// needed, which may not know the axis yet. None where it is near already, or the stroke is not known.
+///
+/// # Errors
+/// Where the rig is no whole axis.
+pub fn homeward(rig: &Rig, position_m: f64) -> Result<Option<String>, AxisFault> {
+    let Some(axis) = Places::of(rig) else {
+        return Ok(None);
+    };
+    let away_m = position_m - axis.middle_m;
+    if away_m.abs() < NEAR_PART * axis.free_m {
+        return Ok(None);
+    }
+    let behind_m = position_m + away_m.signum() * AWAY_M;
+    let places = [behind_m.min(axis.middle_m), behind_m.max(axis.middle_m)];
+    let opening_v = -away_m.signum() * upwards_v(rig, HOMEWARD_V)?;
+    let step = [("opening_V", opening_v), ("seconds", HOMEWARD_S)];
+    Ok(Some(
+        head("To the middle of the stroke")
+            + &envelope_text(rig, places, FASTEST_M_PER_S)
+            + &step_text("opening", &step),
+    ))
+}
+
+/// Pulses and a chirp of the valve about the middle, number 0 to 3. Nothing is controlled: what the axis
+/// does of itself shows also where a loop by the rig file would swing or stick.
+///
+/// # Errors
+/// Where the rig is no whole axis.
+pub fn exploration(rig: &Rig, number: usize) -> Result<Option<String>, AxisFault> {
+    let Some(axis) = Places::of(rig) else {
+        return Ok(None);
+    };
+    let amplitude_v = upwards_v(rig, BEYOND_V[number % BEYOND_V.len()])?;
+    let shut = step_text("opening", &[("opening_V", 0.0), ("seconds", 0.3)]);
+    let pulses = [
+        ("amplitude_V", amplitude_v),
+        ("shortest_s", PULSE_S[0]),
+        ("longest_s", PULSE_S[1]),
+        ("seconds", 3.0),
+    ];
+    let chirp = [
+        ("amplitude_V", amplitude_v),
+        ("from_Hz", 2.0),
+        ("to_Hz", 15.0),
+        ("seconds", 2.0),
+    ];
+    Ok(Some(
+        [
+            head("Pulses of the valve about the middle: what the axis does of itself"),
+            axis.envelope,
+            shut.clone(),
+            step_text("bursts", &pulses),
+            shut.clone(),
+            step_text("chirp", &chirp),
+            shut,
+        ]
+        .concat(),
+    ))
+}
+
+/// The opening that moves the load to +x, so much beyond the overlap, V.
+fn upwards_v(rig: &Rig, beyond_v: f64) -> Result<f64, AxisFault> {
+    let controller = controller(rig)?;
+    let valve = &controller.axis().valve;
+    let opening_v = f64::from(valve.supply.edge_v()) + beyond_v;
+    Ok(if valve.feeds_a_above_null {
+        opening_v
+    } else {
+        -opening_v
+    })
+}
+
+/// Varied motion, for the diagnosis: number 0, 1 or 2.
 pub fn varied(rig: &Rig, number: usize) -> Option<String> {
     let axis = Places::of(rig)?;
-    let pulses_v = PULSES_V[number % PULSES_V.len()];
-    let pulses = step_text(
-        "bursts",
-        &[
-            ("amplitude_V", pulses_v),
-            ("shortest_s", 0.03),
-            ("longest_s", 0.12),
-            ("seconds", 2.5),
-        ],
-    );
     let ladder = [
         ("from_m", axis.middle_m),
         ("to_m", axis.middle_m + 0.25 * axis.stroke_m),
@@ -88,13 +167,11 @@ pub fn varied(rig: &Rig, number: usize) -> Option<String> {
         head("Varied motion for the diagnosis"),
         axis.envelope.clone(),
         soon(axis.middle_m),
-        swing(1.0, 0.4 + 0.2 * number as f64, 3),
-        pulses.clone(),
+        swing(1.0, 0.4 + 0.2 * number as f64, 2),
         soon(axis.middle_m + side * axis.stroke_m),
-        swing(0.7, 1.0, 3),
-        pulses,
+        swing(0.7, 1.0, 2),
         soon(axis.middle_m),
-        swing(0.4, 1.5, 4),
+        swing(0.4, 1.5, 3),
         ladder,
     ];
     Some(parts.concat())
@@ -103,6 +180,8 @@ pub fn varied(rig: &Rig, number: usize) -> Option<String> {
 /// Where there is room.
 struct Places {
     middle_m: f64,
+    /// What is used of either side of the middle.
+    free_m: f64,
     stroke_m: f64,
     swing_m: f64,
     envelope: String,
@@ -112,11 +191,14 @@ impl Places {
     fn of(rig: &Rig) -> Option<Self> {
         let [low_m, high_m] = stroke_range_m(rig)?;
         let whole_m = high_m - low_m;
+        let coasting_m = COASTING_M.min(COASTING_PART * whole_m);
+        let places = [low_m + coasting_m, high_m - coasting_m];
         Some(Self {
             middle_m: 0.5 * (low_m + high_m),
+            free_m: 0.5 * whole_m - coasting_m,
             stroke_m: STROKE_M.min(PART * whole_m),
             swing_m: SWING_M.min(SWING_PART * whole_m),
-            envelope: envelope_text(rig, [low_m, high_m], FASTEST_M_PER_S),
+            envelope: envelope_text(rig, places, FASTEST_M_PER_S),
         })
     }
 }
@@ -162,6 +244,10 @@ mod tests {
                 varied(&rig, 0),
                 varied(&rig, 1),
                 varied(&rig, 2),
+                homeward(&rig, low_m).expect("an axis"),
+                homeward(&rig, high_m).expect("an axis"),
+                exploration(&rig, 0).expect("an axis"),
+                exploration(&rig, 3).expect("an axis"),
             ];
             for file in all {
                 let file = file.expect("a file");

@@ -16,6 +16,10 @@ pub enum Step {
     Settings,
     /// Which way round the axis answers.
     Wiring,
+    /// Pulses of the valve about the middle of the stroke, recorded: no loop is needed for them.
+    Exploration,
+    /// What those say of the rig file's numbers.
+    FirstModel,
     /// The score with the rig file as it is.
     ScoreBefore,
     /// Varied motion, recorded three times.
@@ -32,10 +36,12 @@ pub enum Step {
 
 impl Step {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Board,
         Self::Settings,
         Self::Wiring,
+        Self::Exploration,
+        Self::FirstModel,
         Self::ScoreBefore,
         Self::Recordings,
         Self::Diagnosis,
@@ -50,6 +56,8 @@ impl Step {
             Self::Board => "board",
             Self::Settings => "settings",
             Self::Wiring => "wiring",
+            Self::Exploration => "exploration",
+            Self::FirstModel => "first-model",
             Self::ScoreBefore => "score-before",
             Self::Recordings => "recordings",
             Self::Diagnosis => "diagnosis",
@@ -69,6 +77,13 @@ impl Step {
             Self::Wiring => {
                 "Pulses of the valve that the load hardly feels, then a swing of 1 mm about where it is, \
                  within 2 mm that the board keeps: what is the wrong way round is named."
+            }
+            Self::Exploration => {
+                "Pulses of the valve about the middle of the stroke, recorded: what the axis does of itself. \
+                 The load goes there first; it stays off both ends."
+            }
+            Self::FirstModel => {
+                "What the pulses say of the rig file's numbers, for the loop of what follows; nothing moves."
             }
             Self::ScoreBefore => {
                 "Moves and a sine, as the rig file has the axis: how far the load is from its reference."
