@@ -139,6 +139,12 @@ impl ValveFlow {
             cylinder.dead_volume_a_m3 = Some(rounded(self.dead_volume_m3[0]));
             cylinder.dead_volume_b_m3 = Some(rounded(self.dead_volume_m3[1]));
         }
+        self.state_deviations(rig, &mut improved);
+        improved
+    }
+
+    /// How well its numbers are known, in place of what the rig states.
+    fn state_deviations(&self, rig: &Rig, improved: &mut Rig) {
         for (key, deviation) in [
             ("valve.null_V", NULL_DEVIATION_V),
             ("valve.opening_V", OPENING_DEVIATION),
@@ -160,7 +166,6 @@ impl ValveFlow {
             };
             improved.uncertainty.insert(key.to_owned(), deviation);
         }
-        improved
     }
 }
 

@@ -148,7 +148,7 @@ mod tests {
     fn prop_a_way_is_gone_on_with_where_it_was_left() {
         let mut progress = Progress::default();
         assert_eq!(progress.next(), Some(Step::Board));
-        progress.done = Step::ALL[..5].to_vec();
+        progress.done = Step::ALL[..7].to_vec();
         assert_eq!(progress.next(), Some(Step::Diagnosis));
         progress.again_from(Step::ScoreBefore);
         assert_eq!(progress.next(), Some(Step::ScoreBefore));
