@@ -40,7 +40,7 @@ use crate::rig::Rig;
 /// How far the null is searched about the rig's, V: beyond what a data sheet is off by.
 const NULL_SEARCH_V: f64 = 0.4;
 /// The longest lag from command to opening that is searched, s.
-const LONGEST_LAG_S: f64 = 0.03;
+const LONGEST_LAG_S: f64 = 0.02;
 /// Null and lag are found in turns.
 const TURNS: usize = 2;
 /// Both searches end at this part of their range.
@@ -119,6 +119,7 @@ pub fn measure(rig: &Rig, tracks: &[Track<'_>]) -> Result<ValveFlow, String> {
             search.null_v
         ));
     }
+    search.doubt_a_ratio_at_its_bound();
     let (grid, areas) = search.areas(FINE_V);
     Ok(points::measured(
         &grid,
@@ -220,15 +221,18 @@ impl<'a> Search<'a> {
         let at = self.at;
         let with_ratio = |ratio: f64| self.axis.clone().with_critical_pressure_ratio(ratio);
         let of_ratio = |ratio: f64| misfit(&self.rows(&with_ratio(ratio), 0.0), at);
-        let ratio = least_within(CRITICAL_RATIOS, SEARCH_TOLERANCE, of_ratio);
-        // At its bound the search has found none: the rig's own is as good.
+        self.axis = with_ratio(least_within(CRITICAL_RATIOS, SEARCH_TOLERANCE, of_ratio));
+    }
+
+    /// A critical pressure ratio at the bound of its search is none: the rig's own is as good.
+    fn doubt_a_ratio_at_its_bound(&mut self) {
         let (least, most) = CRITICAL_RATIOS;
         let bound = 2.0 * SEARCH_TOLERANCE * (most - least);
-        self.axis = with_ratio(if ratio < least + bound || ratio > most - bound {
-            self.stated_ratio
-        } else {
-            ratio
-        });
+        let ratio = self.axis.critical_pressure_ratio();
+        if ratio < least + bound || ratio > most - bound {
+            let axis = self.axis.clone();
+            self.axis = axis.with_critical_pressure_ratio(self.stated_ratio);
+        }
     }
 
     fn areas(&self, finest_v: f64) -> (Grid, Areas) {
