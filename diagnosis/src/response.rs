@@ -191,7 +191,7 @@ impl Spectra {
         let time_s = &recording.time_s;
         let [input, output] = [input, output].map(|column| even(time_s, column, self.step_s));
         let rows = self.window.rows();
-        for from in self.window.clone().starts(input.len()) {
+        for from in self.window.starts(input.len()) {
             self.add_window(&input[from..from + rows], &output[from..from + rows]);
         }
     }

@@ -33,7 +33,7 @@ impl Windows {
     }
 
     /// Where the windows of a signal of so many rows begin.
-    pub fn starts(&self, rows: usize) -> impl Iterator<Item = usize> {
+    pub fn starts(&self, rows: usize) -> impl Iterator<Item = usize> + use<> {
         let end = (rows + 1).saturating_sub(self.rows());
         (0..end).step_by((self.rows() / 2).max(1))
     }

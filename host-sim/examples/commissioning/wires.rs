@@ -1,25 +1,24 @@
 //! An axis of `truth-plant` behind wires that somebody may have exchanged, and what it does meanwhile.
 
-use firmware::codes::{AdcCode, AdcCodes, DacCode, FAILED_CONVERSION, POSITION_M};
+use firmware::codes::{AdcCode, AdcCodes, DacCode, POSITION_M};
 use host_sim::board::twin::Axis;
+use host_sim::fault_campaign::Wiring;
 use host_sim::plant::command_code;
 use host_sim::trial::drawn_axis::DrawnAxis;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Below a gauge at the surroundings.
+/// What a gauge at the surroundings shows.
 const SURROUNDINGS: AdcCode = AdcCode(6560);
 
 /// What is the wrong way round, and what a check must say of it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Wires {
     pub name: &'static str,
     /// Words of the finding.
     pub said: &'static str,
-    pub reversed_valve: bool,
+    /// One after the other.
+    pub ways: &'static [Wiring],
     pub valve_without_power: bool,
-    pub exchanged_gauges: bool,
-    pub reversed_position: bool,
-    pub reversed_velocity: bool,
     /// Shows the surroundings.
     pub dead_gauge: Option<char>,
     pub both_gauges_at_a: bool,
@@ -30,11 +29,8 @@ impl Wires {
     pub const RIGHT: Self = Self {
         name: "right",
         said: "",
-        reversed_valve: false,
+        ways: &[],
         valve_without_power: false,
-        exchanged_gauges: false,
-        reversed_position: false,
-        reversed_velocity: false,
         dead_gauge: None,
         both_gauges_at_a: false,
     };
@@ -44,53 +40,49 @@ impl Wires {
         Self {
             name: "valve reversed",
             said: "the valve is reversed",
-            reversed_valve: true,
+            ways: &[Wiring::ReversedValve],
             ..Self::RIGHT
         },
         Self {
             name: "gauges exchanged",
             said: "the gauges of the two chambers are exchanged",
-            exchanged_gauges: true,
+            ways: &[Wiring::ExchangedGauges],
             ..Self::RIGHT
         },
         Self {
             name: "tubes exchanged, gauges with them",
             said: "the load goes the wrong way",
-            reversed_valve: true,
-            exchanged_gauges: true,
+            ways: &[Wiring::ExchangedPorts],
             ..Self::RIGHT
         },
         Self {
             name: "position and velocity reversed",
             said: "the load goes the wrong way",
-            reversed_position: true,
-            reversed_velocity: true,
+            ways: &[Wiring::ReversedMotion],
             ..Self::RIGHT
         },
         Self {
             name: "position reversed",
             said: "the position is reversed",
-            reversed_position: true,
+            ways: &[Wiring::ReversedPosition],
             ..Self::RIGHT
         },
         Self {
             name: "velocity reversed",
             said: "the velocity is reversed",
-            reversed_velocity: true,
+            ways: &[Wiring::ReversedVelocity],
             ..Self::RIGHT
         },
         Self {
             name: "valve and position reversed",
             said: "and position are reversed",
-            reversed_valve: true,
-            reversed_position: true,
+            ways: &[Wiring::ReversedValve, Wiring::ReversedPosition],
             ..Self::RIGHT
         },
         Self {
             name: "valve and velocity reversed",
             said: "and velocity are reversed",
-            reversed_valve: true,
-            reversed_velocity: true,
+            ways: &[Wiring::ReversedValve, Wiring::ReversedVelocity],
             ..Self::RIGHT
         },
         Self {
@@ -121,10 +113,7 @@ impl Wires {
 
     /// What the converters see.
     fn seen(self, codes: AdcCodes) -> AdcCodes {
-        let mut seen = codes;
-        if self.exchanged_gauges {
-            std::mem::swap(&mut seen.pressure_a, &mut seen.pressure_b);
-        }
+        let mut seen = self.ways.iter().fold(codes, |codes, way| way.seen(codes));
         if self.both_gauges_at_a {
             seen.pressure_b = seen.pressure_a;
         }
@@ -133,19 +122,17 @@ impl Wires {
             Some(_) => seen.pressure_b = SURROUNDINGS,
             None => {}
         }
-        if self.reversed_position {
-            seen.position = reversed(seen.position);
-        }
-        if self.reversed_velocity {
-            seen.velocity = reversed(seen.velocity);
-        }
         seen
     }
-}
 
-/// Of a scale that is even about its middle; the highest code is no reading.
-fn reversed(code: AdcCode) -> AdcCode {
-    AdcCode((u16::MAX - code.0).min(FAILED_CONVERSION.0 - 1))
+    /// What the valve gets of a command.
+    fn driven(self, command: DacCode, null: DacCode) -> DacCode {
+        if self.valve_without_power {
+            return null;
+        }
+        let through = |command, way: &Wiring| way.driven(command, null);
+        self.ways.iter().fold(command, through)
+    }
 }
 
 /// What of an axis is changed and looked at while a board runs it.
@@ -201,13 +188,6 @@ impl Axis for Wired {
         let looked = self.looked.lock().unwrap_or_else(PoisonError::into_inner);
         let wires = looked.wires;
         drop(looked);
-        let mirrored = 2 * i32::from(self.null.0) - i32::from(command.0);
-        self.axis.advance(if wires.valve_without_power {
-            self.null
-        } else if wires.reversed_valve {
-            DacCode(mirrored.clamp(0, i32::from(u16::MAX)) as u16)
-        } else {
-            command
-        });
+        self.axis.advance(wires.driven(command, self.null));
     }
 }

@@ -125,7 +125,7 @@ impl Way<'_> {
         match step {
             Step::Board => self.board(),
             // As of an unchecked axis: nothing can move far.
-            Step::Settings => self.be_careful(&self.arguments.board.rig.clone(), Wiring::Unchecked),
+            Step::Settings => self.be_careful(&self.arguments.board.rig, Wiring::Unchecked),
             Step::Wiring => self.wiring(),
             // An axis that is not as the rig file says may not be scored yet: that is why it is diagnosed.
             Step::ScoreBefore => {
@@ -223,7 +223,7 @@ impl Way<'_> {
 
     /// Pulses from about the middle. A run that leaves the places of its envelope has shown something too.
     fn exploration(&mut self) -> Result<(), CommandError> {
-        self.be_careful(&self.arguments.board.rig.clone(), Wiring::Checked)?;
+        self.be_careful(&self.arguments.board.rig, Wiring::Checked)?;
         for (number, name) in EXPLORED.into_iter().enumerate() {
             self.go_home()?;
             let program =
@@ -285,7 +285,7 @@ impl Way<'_> {
                 "no recording of the exploration is there: --from exploration",
             ));
         };
-        self.diagnose(train, &[judge], "first")?;
+        self.diagnose(train, &[judge], ["first.toml", "first.html", "first.json"])?;
         Ok(())
     }
 
@@ -307,17 +307,21 @@ impl Way<'_> {
     fn diagnosis(&mut self) -> Result<(), CommandError> {
         let train = self.used(&[&EXPLORED[..2], &RECORDINGS[..2]].concat());
         let held_out = self.used(&[&EXPLORED[2..], &RECORDINGS[2..]].concat());
-        let verdict = self.diagnose(&train, &held_out, "improved")?;
+        let verdict = self.diagnose(
+            &train,
+            &held_out,
+            ["improved.toml", "diagnosis.html", "verdict.json"],
+        )?;
         self.progress.verdict = verdict["sentence"].as_str().map(str::to_owned);
         Ok(())
     }
 
-    /// A diagnosis of these recordings; its files have the name of the improved rig.
+    /// A diagnosis of these recordings; it writes improved rig, report and verdict.
     fn diagnose(
         &mut self,
         train: &[&str],
         held_out: &[&str],
-        improved: &str,
+        outputs: [&str; 3],
     ) -> Result<Value, CommandError> {
         let rig = self.arguments.board.rig.display().to_string();
         let files = |names: &[&str]| -> Vec<String> {
@@ -327,12 +331,7 @@ impl Way<'_> {
                 .collect()
         };
         let (train, held_out) = (files(train), files(held_out));
-        let [report, json] = match improved {
-            "improved" => ["diagnosis.html".to_owned(), "verdict.json".to_owned()],
-            name => [format!("{name}.html"), format!("{name}.json")],
-        };
-        let [improved, report, json] =
-            [format!("{improved}.toml"), report, json].map(|name| self.file(&name));
+        let [improved, report, json] = outputs.map(|name| self.file(name));
         let mut words = vec!["diagnose", "--rig", &rig, "--train"];
         words.extend(train.iter().map(String::as_str));
         words.push("--held-out");
